@@ -77,6 +77,8 @@ class Parser(argparse.ArgumentParser):
             kind: dict[str, Any] = {"metavar": metavar}
             if default is False:
                 kind = {"action": "store_true"}
+            elif option.numbers:
+                kind = {"metavar": option.numbers}
             elif option.choices:
                 kind = {"choices": option.choices}
             elif option.number:

@@ -67,6 +67,10 @@ def files(
         yield from evo_files(scored, targets(path, names), reference=file)
     if path := arguments.save_plot:
         yield path, picture(scored, arguments.plot_mode, path)
+    if path := arguments.save_rrd:
+        from ..rerun import recording  # needs Rerun
+
+        yield path, recording(scored)
     if path := arguments.save_page:
         yield path, page(scored, file).encode()
 

@@ -52,6 +52,7 @@ MODES = ("xy", "xz", "yz", "xyz")
 WRITTEN = {  # options with the suffixes of their files
     "save_plot": ((".png", ".pdf", ".svg"), "save the plot as .png, .pdf or .svg"),
     "save_page": ((".html",), "save a page with trajectories, errors and sliders"),
+    "save_rrd": ((".rrd",), "save a recording for the Rerun viewer"),
     "save_errors": ((".csv",), "save the errors of each expected frame"),
     "save_metrics": ((".csv",), "save --metrics or, without it, the scores"),
     "profile": ((".csv",), "save TAS and RAS over their largest thresholds"),
@@ -195,6 +196,8 @@ def _require_extras(arguments: argparse.Namespace) -> None:
         require("evo", "evo")
     if arguments.save_plot:
         require("matplotlib", "plots")
+    if arguments.save_rrd:
+        require("rerun", "rerun")
     if arguments.plot:
         backend = require("matplotlib.pyplot", "plots").get_backend()
         registry = require("matplotlib.backends.registry", "plots")

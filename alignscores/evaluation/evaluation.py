@@ -26,6 +26,7 @@ from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..trajectories.lever import LeverArm
 from ..validation import AlignmentWarning, finite_rows
+from .perfect import simulated_scores
 from .settings import Settings
 
 __all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none"]
@@ -34,7 +35,8 @@ STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scor
 LOST = STATUSES.index("lost")
 SAMPLE = 1000  # frames from which the chance level is computed
 SHOWN = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ate", "lost"  # in a notebook
-NO_COLUMNS = "TAS_seeds", "PAS_seeds", "alignment", "body_rotation", "lever_arm", "metrics", "notes"
+NO_COLUMNS = {"TAS_seeds", "PAS_seeds", "perfect", "alignment", "body_rotation", "lever_arm"}
+NO_COLUMNS |= {"metrics", "notes"}
 
 
 @dataclass(frozen=True)
@@ -200,6 +202,24 @@ class Evaluation:
         below = N_THRESHOLDS - np.floor(distances * (N_THRESHOLDS / largest))
         return float(np.maximum(below, 0).mean(axis=1).max() / N_THRESHOLDS)
 
+    @cached_property
+    def perfect(self) -> dict[str, list[float]] | None:
+        """Scores of a perfect estimate under a reference with the errors of `reference_sigma`.
+
+        The mean and the lowest of 19 simulations, of TAS, RAS and PAS: a perfect estimate would
+        be below the lowest in one of 20 cases. None without `reference_sigma`.
+        """
+        settings, matches = self.settings, self.matches
+        if settings.reference_sigma is None:
+            return None
+        poses = self.reference.with_rotations().poses[matches.expected_rows]
+        scores = simulated_scores(poses, self.result.tas.unit, settings)
+        names = ("TAS", "RAS", "PAS") if self.has_rotations else ("TAS",)
+        return {
+            name: [float(values.mean()), float(values.min())]
+            for name, values in zip(names, scores, strict=False)
+        }
+
     @property
     def scale(self) -> float | None:
         """Size of the estimate relative to the reference; None where it is not aligned."""
@@ -317,6 +337,7 @@ class Evaluation:
             "n": len(tas.errors),
             "lost": self.lost,
             "chance": self.chance,
+            "perfect": self.perfect,
             "expected": len(matches.expected_rows),
             "matched": matches.matched,
             "non_finite": matches.non_finite,

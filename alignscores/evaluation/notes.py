@@ -67,7 +67,7 @@ def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
         if timed
         else (unmatched_images,)
     )
-    of_matching = (*of_matching, lever_arm)
+    of_matching = (*of_matching, lever_arm, indistinguishable)
     with_rotations = (swapped, convention, alignments_apart, low_score)
     of_mistakes = (clock, *(with_rotations if evaluation.has_rotations else ())) if check else ()
     found = [note(evaluation) for note in (*of_matching, *of_mistakes)]
@@ -151,6 +151,22 @@ def ignored_time(evaluation: Evaluation) -> Note | None:
         return None
     text = f"only {1 - lost:.0%} of the time is scored, since the rest has no pose"
     return Note("ignored", text, "--missing fail counts it as failures")
+
+
+def indistinguishable(evaluation: Evaluation) -> Note | None:
+    """Note the scores that the errors of the reference alone would explain."""
+    perfect, settings = evaluation.perfect or {}, evaluation.settings
+    own = {"TAS": evaluation.tas, "RAS": evaluation.ras, "PAS": evaluation.pas}
+    means = {name: mean for name, (mean, lowest) in perfect.items() if own[name] >= lowest}
+    if not means or not isinstance(settings.reference_sigma, tuple):
+        return None
+    sigma, sigma_deg = settings.reference_sigma
+    return Note(
+        "perfect",
+        f"not distinguishable from a perfect estimate by {', '.join(means)}: with errors of "
+        f"{sigma:g} {settings.form.unit} and {sigma_deg:g} deg in the reference, that would have "
+        f"{', '.join(f'{mean:.3f}' for mean in means.values())}",
+    )
 
 
 def clock(evaluation: Evaluation) -> Note | None:

@@ -44,6 +44,7 @@ class Option:
     timed: bool = False  # of formats with time stamps alone
     topics: bool = False  # of formats with topics alone
     tables: bool = False  # of text tables alone
+    numbers: str = ""  # such as "X,Y,Z": so many numbers, or a text of them with commas
 
     @property
     def type(self) -> str:
@@ -62,6 +63,8 @@ class Option:
             raise ValueError(f"must be one of {', '.join(self.choices)}, not {brief(value)}")
         if self.flag and not isinstance(value, bool):
             raise ValueError(f"must be true or false, not {brief(value)}")
+        if self.numbers:
+            return self._several(value)
         if self.number is None:
             return value
         if not self._is_possible(value):
@@ -76,6 +79,14 @@ class Option:
         except ValueError:  # whose message would have the number, not the text
             found = self.checked(text)
         return found
+
+    def _several(self, value: Any) -> tuple[float, ...]:
+        """Return numbers, also of a text."""
+        with suppress(TypeError, ValueError):
+            found = tuple(map(float, value.split(",") if isinstance(value, str) else value))
+            if len(found) == self.numbers.count(",") + 1 and all(map(self._is_possible, found)):
+                return found
+        raise ValueError(f"must be {self.numbers}, each {self._range()}, not {brief(value)}")
 
     def _is_possible(self, value: Any) -> bool:
         kinds = (int, np.integer) if self.number is int else (int, float, np.integer, np.floating)
@@ -224,6 +235,8 @@ class Settings:
         "X,Y,Z: position of the reference's prism or antenna in the estimate's body frame; auto: "
         "find it with the alignment",
         group=MATCHING,
+        numbers="X,Y,Z",
+        words=("auto",),
         optional=True,
     )
     unit: float | None = _number(
@@ -250,6 +263,15 @@ class Settings:
         choices=ALIGNMENTS,
     )
     up: str = _setting("z", "vertical axis, for --alignment yaw", choices=UP)
+    reference_sigma: str | tuple[float, ...] | None = _setting(
+        None,
+        "X,DEG: standard deviations of the reference's own positions on each axis, in its unit, "
+        "and rotations about each axis: adds what a perfect estimate would score, with a note "
+        "where the estimate is not distinguishable from one",
+        numbers="X,DEG",
+        least=0,
+        optional=True,
+    )
     seed: int = _setting(
         0,
         "first seed of the registration; errors, plots and saved files are of this one",
@@ -280,7 +302,6 @@ class Settings:
             if values[name] is not None:
                 parse_columns(values[name])
         values["frames"] = _stamps_or_path(self.frames)
-        values["lever_arm"] = _lever_arm(self.lever_arm)
         names = split_names(self.metrics) if isinstance(self.metrics, str) else self.metrics
         values["metrics"] = tuple(dict.fromkeys(metric(name).name for name in names))
         for name, value in values.items():
@@ -319,8 +340,9 @@ class Settings:
             "up": self.up if self.alignment == "yaw" else None,
             "repeat": len(self.seeds),
         }
-        if isinstance(self.lever_arm, tuple):
-            values["lever_arm"] = list(self.lever_arm)
+        for name, option in options().items():
+            if option.numbers and isinstance(values[name], tuple):
+                values[name] = list(values[name])
         if self.frames is not None:
             values["rate"] = None
             if isinstance(self.frames, (str, PathLike)):
@@ -411,18 +433,6 @@ def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:
         if stamps.ndim == 1 and len(stamps) and np.isfinite(stamps).all():
             return tuple(stamps.tolist())
     raise ValueError("frames must be a file, or finite time stamps, (k,)")
-
-
-def _lever_arm(given: Any) -> str | tuple[float, ...] | None:
-    """Return three coordinates as numbers, also of a text; auto and None as they are."""
-    if given is None or (isinstance(given, str) and given == "auto"):
-        return given
-    with suppress(TypeError, ValueError):
-        parts = given.split(",") if isinstance(given, str) else given
-        vector = np.array([float(part) for part in parts])
-        if vector.shape == (3,) and np.isfinite(vector).all():
-            return tuple(vector.tolist())
-    raise ValueError(f"lever_arm must be X,Y,Z, three finite numbers, or auto, not {brief(given)}")
 
 
 def changed(settings: Settings, changes: Mapping[str, Any]) -> Settings:

@@ -23,7 +23,7 @@ LAYERS = (  # each imports those before it, and itself
     {"trajectories", "torch"},
     {"evaluation"},
     {"comparison"},
-    {"pages", "plots"},
+    {"pages", "plots", "rerun"},
     {"cli"},
 )
 

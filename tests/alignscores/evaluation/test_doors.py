@@ -43,6 +43,7 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "none": (TIMED, {"alignment": "none", "registration": "pcr99", **LENIENT}),
     "est_format": ({"tum", "colmap"}, {"est_format": None}),
     "lever_arm": (FORMS, {"lever_arm": "0.1,0,0.2"}),
+    "reference_sigma": (FORMS, {"reference_sigma": "0.05,2"}),
     "columns": (TIMED, {"columns": POSE, "ref_columns": POSE, "est_columns": f"t_s{POSE[1:]}"}),
     "metrics": (FORMS, {"metrics": "ATE,rra@5:vggt,TAS,PAS,half_distance"}),
 }

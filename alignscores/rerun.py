@@ -1,0 +1,114 @@
+"""A recording for the Rerun viewer: trajectories, camera frames and errors on one timeline.
+
+Needs Rerun, which the extra ``rerun`` brings. Nothing is started.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy
+
+from .arrays import Booleans, Floats
+from .evaluation.evaluation import LOST, Evaluation
+from .pages.estimates import over_expected
+from .texts import printable
+from .trajectories.extras import require
+from .validation import finite_rows
+
+rr: Any = require("rerun", "rerun")
+blueprint: Any = require("rerun.blueprint", "rerun")
+
+__all__ = ["recording"]
+
+# Dark to light, as in the plots: an error of 0, a third and two thirds of d, and d or more.
+COLOURS = np.array([[0, 0, 4], [95, 19, 110], [191, 57, 82], [249, 150, 13]])
+GREY, RED = [150, 150, 150], [220, 30, 30]
+
+
+def recording(scored: Sequence[Evaluation]) -> bytes:
+    """Return the content of a file for Rerun, of estimates of one reference.
+
+    Positions count from the first expected one of the reference, since Rerun stores 32 bits.
+    """
+    first = scored[0]
+    poses = first.reference.poses[first.matches.expected_rows]
+    origin = poses[0, :3, 3]
+    stream = rr.RecordingStream("alignscores")
+    memory = stream.memory_recording()
+    stream.send_blueprint(
+        blueprint.Horizontal(
+            blueprint.Spatial3DView(origin="/"),
+            blueprint.Vertical(
+                blueprint.TimeSeriesView(name="position error", contents="/**/position_error"),
+                blueprint.TimeSeriesView(name="rotation error", contents="/**/rotation_error"),
+                blueprint.TimeSeriesView(name="lost", contents="/**/lost"),
+            ),
+        )
+    )
+    _log_camera(stream, first, "reference", poses[:, :3, 3] - origin, poses[:, :3, :3])
+    path = [poses[:, :3, 3] - origin]
+    ordered = first.settings.form.ordered
+    drawn = rr.LineStrips3D(path, colors=[GREY]) if ordered else rr.Points3D(*path, colors=[GREY])
+    stream.log("reference/path", drawn, static=True, strict=True)
+    for evaluation in scored:
+        name = rr.new_entity_path(["estimates", printable(evaluation.name)])
+        _log_estimate(stream, evaluation, name, origin)
+    content: bytes = memory.drain_as_bytes()
+    stream.disconnect()
+    return content
+
+
+def _log_estimate(stream: Any, evaluation: Evaluation, name: str, origin: Floats) -> None:
+    """Log an estimate, each of positions and rotations in the alignment of its score."""
+    tas, ras = evaluation.result.tas, evaluation.result.ras
+    positions = over_expected(evaluation, evaluation.positions, np.nan) - origin
+    rotations = evaluation.matches.est_poses[:, :3, :3]
+    rotations = rotations * np.nan if ras.alignment is None else ras.alignment.T @ rotations
+    _log_camera(stream, evaluation, name, positions, over_expected(evaluation, rotations, np.nan))
+    errors = {
+        "position_error": over_expected(evaluation, tas.errors, np.inf),
+        "rotation_error": over_expected(evaluation, ras.errors, np.inf),
+        "lost": (over_expected(evaluation, evaluation.statuses, LOST) == LOST).astype(float),
+    }
+    for kind, values in errors.items():
+        found = np.isfinite(values)
+        columns = rr.Scalars.columns(scalars=values[found])
+        index = _times(evaluation, found)
+        stream.send_columns(f"{name}/{kind}", [index], columns, strict=True)
+    finite = finite_rows(positions)
+    shares = np.minimum(errors["position_error"][finite] / tas.unit, 1)
+    colours = np.stack([np.interp(shares, np.linspace(0, 1, 4), one) for one in COLOURS.T], axis=1)
+    points = rr.Points3D(positions[finite], colors=colours.astype(np.uint8))
+    stream.log(f"{name}/positions", points, static=True, strict=True)
+    poses = evaluation.reference.poses[evaluation.matches.expected_rows]
+    rows = np.flatnonzero(errors["lost"])
+    stretches = np.split(poses[rows, :3, 3] - origin, np.flatnonzero(np.diff(rows) > 1) + 1)
+    strips = rr.LineStrips3D([one for one in stretches if len(one)], colors=[RED])
+    stream.log(f"{name}/lost_stretches", strips, static=True, strict=True)
+
+
+def _log_camera(
+    stream: Any, evaluation: Evaluation, name: str, positions: Floats, rotations: Floats
+) -> None:
+    """Log the camera's frame at each expected frame; it vanishes where there is no pose."""
+    found = finite_rows(positions) & finite_rows(rotations)
+    quaternions = np.empty((0, 4))
+    if found.any():
+        quaternions = scipy.spatial.transform.Rotation.from_matrix(rotations[found]).as_quat()
+    columns = [
+        *rr.Transform3D.columns(translation=positions[found], quaternion=quaternions),
+        *rr.TransformAxes3D.columns(axis_length=[2 * evaluation.result.tas.unit] * found.sum()),
+    ]
+    stream.send_columns(f"{name}/camera", [_times(evaluation, found)], columns, strict=True)
+    ends = ~found & np.roll(found, 1)
+    cleared = rr.Clear.columns(is_recursive=[False] * ends.sum())
+    stream.send_columns(f"{name}/camera", [_times(evaluation, ends)], cleared, strict=True)
+
+
+def _times(evaluation: Evaluation, chosen: Booleans) -> Any:
+    """Return the chosen expected frames: seconds from the reference's start, or its rows."""
+    keys, rows = evaluation.reference.keys, evaluation.matches.expected_rows[chosen]
+    if keys.dtype.kind == "f":
+        return rr.TimeColumn("time", duration=keys[rows] - keys[0])
+    return rr.TimeColumn("frame", sequence=rows)
