@@ -10,7 +10,7 @@ from .arrays import Floats, Indices
 __all__ = ["TLUD_THRESHOLD", "medoid", "medoids"]
 
 TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
-FEW = 1000  # rotations up to which all distances are computed
+FEW = 600  # rotations up to which all distances are computed; bounds are faster beyond
 AT_ONCE = 1 << 17  # distances, 1 MiB, which fits in the cache
 BATCH = 8  # smallest number of rotations that are compared with all others at once
 NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
@@ -77,7 +77,8 @@ def _medoid_by_bounds(points: Floats, guess: int) -> int:
     """
     n = len(points)
     points = points - points[guess]  # squared distances are differences of small numbers
-    size = max(BATCH, AT_ONCE // n)
+    rows = max(1, AT_ONCE // n)  # whose bounds are computed at once
+    size = max(BATCH, rows)
     best, best_sum, left, bounds = guess, np.inf, np.arange(n), np.zeros(n)
     bounds[guess] = -1  # to be tried first
     while left.size:
@@ -89,10 +90,11 @@ def _medoid_by_bounds(points: Floats, guess: int) -> int:
         lowest = int(np.argmin(sums))
         if sums[lowest] < best_sum:
             best, best_sum = int(batch[lowest]), sums[lowest]
-        for row, total, squares in zip(distances, sums, squared, strict=True):
-            d, near = row[left], np.count_nonzero(squares < (2 * TLUD_THRESHOLD) ** 2)
-            bound = np.maximum(n * d - total, np.where(d < TLUD_THRESHOLD, total - near * d, 0))
-            bounds[left] = np.maximum(bounds[left], bound)
+        near = np.count_nonzero(squared < (2 * TLUD_THRESHOLD) ** 2, axis=1)
+        for some in np.split(np.arange(len(batch)), range(rows, len(batch), rows)):
+            d, f, m = distances[some][:, left], sums[some, None], near[some, None]
+            bound = np.maximum(n * d - f, np.where(d < TLUD_THRESHOLD, f - m * d, 0))
+            bounds[left] = np.maximum(bounds[left], bound.max(axis=0))
         for i in np.argsort(sums)[:N_PLANES].tolist():
             plane = _plane(points, int(batch[i]), left, np.sqrt(np.maximum(squared[i], 0)))
             bounds[left] = np.maximum(bounds[left], plane)
