@@ -6,7 +6,6 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import pas, ras, ras_angle, tas, tas_distance
 from alignscores.metrics import FAMILIES, SCORES, metric
-from alignscores.protocols import PROTOCOLS, protocol
 from baselines import ate
 
 
@@ -45,25 +44,3 @@ def test_every_name_is_found_in_any_case_and_is_of_one_family(family):
     assert others[0] is family
     assert [other.example for other in others[1:]] == (["ate:rmse"] if name == "ATE" else [])
     assert metric(name).worst == (0 if family.larger_is_better else np.inf)
-
-
-@pytest.mark.parametrize(
-    ("old", "name"),
-    [
-        ("half", "half_distance"),
-        ("HalfDistance", "half_distance"),
-        ("half:rotation", "half_angle"),
-        ("HalfAngle", "half_angle"),
-    ],
-)
-def test_old_names(old, name):
-    found = metric(old)
-    assert (found.name, found.alias) == (name, old)
-    assert found.family is metric(name).family
-
-
-def test_protocols_are_those_of_the_registry():
-    for family in PROTOCOLS:
-        assert metric(family.example) == protocol(family.example)
-    with pytest.raises(ValueError, match="unknown metric 'TAS'; close to it are "):
-        protocol("TAS")

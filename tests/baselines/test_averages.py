@@ -44,15 +44,6 @@ def test_geometric_median_minimises(seed: int, n: int, copies: int) -> None:
         assert least <= sum_of_distances(points, other) * (1 + 1e-6)
 
 
-def test_geometric_median_rests_on_a_majority() -> None:
-    """Half of the points or more in one place: that is the median, exactly."""
-    rng = np.random.default_rng(0)
-    for others in (0, 1, 4, 5):
-        points = np.vstack([np.full((5, 3), 0.1), rng.normal(size=(others, 3))])
-        if others < 5:  # else the coordinate-wise median lies elsewhere
-            np.testing.assert_array_equal(geometric_median(points), [0.1, 0.1, 0.1])
-
-
 def test_l1_mean_equals_reference(reference_cases: dict[str, Any]) -> None:
     """`l1_R`, which takes the estimate to the ground truth, and the residual angles.
 

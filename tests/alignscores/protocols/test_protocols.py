@@ -20,7 +20,6 @@ from alignscores.protocols import (
     kitti_relative_error,
     protocol,
     rpg_relative_error,
-    split_names,
     vggt_auc,
 )
 from alignscores.protocols.trajectory import Pairs
@@ -151,21 +150,6 @@ def test_hostile_input(case):
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda c: (c[0][:-1], *c[1:]), "cameras|length"),
-        (lambda c: (np.full_like(c[0], np.nan), *c[1:]), r"gt_positions\[0\] is not finite"),
-        (lambda c: (c[0], 2 * c[1], *c[2:]), r"gt_rotations\[0\] is not a rotation"),
-        (lambda c: (c[0], c[1], c[2][:, :2], c[3]), "est_positions must have shape"),
-    ],
-)
-def test_malformed_input_is_named(change, message):
-    for name in ("auc@30:vggt", "recall@5cm,5deg:hloc"):
-        with pytest.raises(ValueError, match=message):
-            protocol(name)(*change(scene()))
-
-
-@pytest.mark.parametrize(
     ("function", "options", "named"),
     [
         (vggt_auc, {"k": 181}, "k"),
@@ -216,13 +200,6 @@ def test_pairs_are_those_of_evo(pairs, distance, frames):
     error.process_data((path(poses_se3=list(gt)), path(poses_se3=list(est))))
     expected = error.get_statistic(metrics.StatisticsType.rmse)
     assert evo_rpe(gt, est, distance, pairs=pairs, frames=frames) == pytest.approx(expected)
-
-
-def test_each_family_has_its_own_example():
-    assert len(EXAMPLES) == len(PROTOCOLS)
-    for name, family in EXAMPLES.items():
-        assert protocol(name).family is family
-    assert split_names(",".join(EXAMPLES)) == list(EXAMPLES)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import alignscores
-from alignscores import tas, tas_batch
 
 COMPILER = shutil.which("cc")
 PACKAGE = Path(alignscores.__file__).parent
@@ -168,12 +167,3 @@ tas_batch(scenes, scenes, registration="refined", threads={threads})
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.stderr.strip().endswith("KeyboardInterrupt")
     assert done.returncode == -signal.SIGINT
-
-
-def test_threads_change_no_bit(noisy_scene):
-    gt, est = zip(*(noisy_scene(n, n // 4, 0.02, n) for n in (*range(20, 60), 300)), strict=True)
-    for registration in ("pcr99", "refined"):
-        batch = tas_batch(gt, est, registration=registration, threads=3)
-        loop = [tas(*scene, registration=registration) for scene in zip(gt, est, strict=True)]
-        np.testing.assert_array_equal(batch.score, [result.score for result in loop])
-        np.testing.assert_array_equal(batch.errors, np.hstack([result.errors for result in loop]))

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -248,34 +249,12 @@ def test_collinear_triplet(gt_direction, est_direction):
 
 
 @pytest.mark.parametrize("shape", [(29, 3), (31, 3), (30, 2), (30, 4), (30,), (3, 30)])
-@pytest.mark.parametrize("swapped", [False, True])
-def test_positions_that_do_not_belong_together(shape, swapped):
-    """Refused before anything is read beyond an array's end."""
-    positions = [np.ones((30, 3)), np.ones(shape)]
-    if swapped:
-        positions.reverse()
-    for register in (pcr99, refined):
+def test_arrays_of_other_shapes_raise(shape):
+    """Before anything is read beyond an array's end."""
+    good, other = np.ones((30, 3)), np.ones(shape)
+    for register, positions in product((pcr99, refined), ((good, other), (other, good))):
         with pytest.raises(ValueError, match="_positions"):
             register(*positions, rank=4, threshold=1.0, n_hypotheses=10, rng=rng())
-
-
-@pytest.mark.parametrize("register", [pcr99, refined])
-def test_numbers_of_any_type_and_layout(register):
-    """Whole numbers whose squares would overflow, single precision, strided and transposed."""
-    generator = rng()
-    gt = generator.integers(-60_000, 60_000, (40, 3))
-    est = 2 * gt + generator.integers(-500, 500, (40, 3))
-    options = {"rank": 4, "threshold": 1e3, "n_hypotheses": 200}
-    expected, n_expected = register(gt.astype(float), est.astype(float), **options, rng=rng())
-    for a, b in (
-        (gt.astype(np.int32), est.astype(np.int32)),
-        (gt.astype(np.float32), est.astype(np.float32)),
-        (np.asfortranarray(gt), np.repeat(est, 2, axis=0)[::2]),
-    ):
-        found, n_found = register(a, b, **options, rng=rng())
-        assert n_found == n_expected
-        assert found.scale == expected.scale
-        np.testing.assert_array_equal(found.translation, expected.translation)
 
 
 @pytest.mark.parametrize("kind", [np.random.PCG64, np.random.MT19937, np.random.Philox])
