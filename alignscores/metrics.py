@@ -69,7 +69,6 @@ SCORES: Sequence[Family] = (
         unit="units",
         rotations=False,
         random=True,
-        label="half-score distance",
         aliases=("half", "halfdistance"),
     ),
     named(
@@ -78,7 +77,6 @@ SCORES: Sequence[Family] = (
         _angle,
         "fail",
         unit="deg",
-        label="half-score angle",
         aliases=("half:rotation", "halfangle"),
     ),
     named(

@@ -27,8 +27,6 @@ class PairBlock:
     the true and the estimated step from i to j, both in the axes of camera i.
     """
 
-    i: slice
-    j: slice
     pairs: Booleans
     i_quaternions: Floats
     j_quaternions: Floats
@@ -45,7 +43,7 @@ class PairBlock:
         sign = np.where(self.half_cosines() < 0, -1.0, 1.0)
         chord = np.zeros(self.dots.shape)
         for k in range(4):
-            a, b = self.i_quaternions[..., k, None], self.j_quaternions[..., k, None, :]
+            a, b = self.i_quaternions[:, k, None], self.j_quaternions[k]
             chord += (a - sign * b) ** 2
         return np.asarray(np.degrees(4 * np.arcsin(np.minimum(np.sqrt(chord) / 2, 1.0))))
 
@@ -55,32 +53,27 @@ def pair_blocks(gt: Floats, est: Floats, between: "Rotation") -> Iterator[PairBl
 
     ``between`` holds, for each camera, the rotation S_i that takes its true axes to its estimated
     ones. Both errors of a pair follow from it: the rotation from S_i^T S_j, the direction from
-    (c_j - c_i)^T S_i^T (c^_j - c^_i). Of stacks of cameras, (G, n, 3), all has a first axis more.
+    (c_j - c_i)^T S_i^T (c^_j - c^_i).
     """
     # From quaternions, so that the rounding of files (S is orthonormal to 1e-6 only) does not
     # enter the cosines.
-    quaternions = between.as_quat().reshape(*gt.shape[:-1], 4)
-    rotations = between.as_matrix().reshape(*gt.shape, 3)
-    others, gt_others, est_others = (
-        np.ascontiguousarray(a.swapaxes(-1, -2)) for a in (quaternions, gt, est)
-    )
-    n, first = gt.shape[-2], 0
+    quaternions, rotations = between.as_quat(), between.as_matrix()
+    others, gt_others, est_others = (np.ascontiguousarray(a.T) for a in (quaternions, gt, est))
+    n, first = len(gt), 0
     while first < n - 1:
         # Cameras i = first, first + 1, ... in rows, j = first + 1, ..., n - 1 in columns.
         width = n - 1 - first
-        # In equal shares, so that little is beyond the diagonal.
+        # In equal shares, so that few entries are beyond the diagonal.
         height = ceil(width / ceil(width**2 / PAIRS_AT_ONCE))
         i, j = slice(first, first + height), slice(first + 1, n)
-        gt_steps = gt_others[..., None, :, j] - gt[..., i, :, None]
-        est_steps = est_others[..., None, :, j] - est[..., i, :, None]
+        gt_steps = gt_others[:, j] - gt[i, :, None]
+        est_steps = est_others[:, j] - est[i, :, None]
         yield PairBlock(
-            i=i,
-            j=j,
             pairs=np.arange(height)[:, None] <= np.arange(width),
-            i_quaternions=quaternions[..., i, :],
-            j_quaternions=others[..., j],
-            dots=np.einsum("...kj,...kj->...j", rotations[..., i, :, :] @ gt_steps, est_steps),
-            gt_lengths=np.sqrt(np.einsum("...kj,...kj->...j", gt_steps, gt_steps)),
-            est_lengths=np.sqrt(np.einsum("...kj,...kj->...j", est_steps, est_steps)),
+            i_quaternions=quaternions[i],
+            j_quaternions=others[:, j],
+            dots=np.einsum("nkj,nkj->nj", rotations[i] @ gt_steps, est_steps),
+            gt_lengths=np.sqrt(np.einsum("nkj,nkj->nj", gt_steps, gt_steps)),
+            est_lengths=np.sqrt(np.einsum("nkj,nkj->nj", est_steps, est_steps)),
         )
         first += height

@@ -12,14 +12,7 @@ from .families import Family, Metric, split_names
 from .images import hloc_median, hloc_recall
 from .matching import pair_auc, pair_pose_errors
 from .registry import PROTOCOLS, protocol
-from .relative import (
-    vggt_auc,
-    vggt_auc_batch,
-    vggt_rra,
-    vggt_rra_batch,
-    vggt_rta,
-    vggt_rta_batch,
-)
+from .relative import vggt_auc, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
 from .trajectory import evo_are, evo_ate, evo_rpe, mapanything_ate
 from .video import video_error
@@ -44,10 +37,7 @@ __all__ = [
     "rpg_relative_error",
     "split_names",
     "vggt_auc",
-    "vggt_auc_batch",
     "vggt_rra",
-    "vggt_rra_batch",
     "vggt_rta",
-    "vggt_rta_batch",
     "video_error",
 ]

@@ -70,8 +70,6 @@ class Family:
         depends on the seed.
     metres : bool
         Whether it has lengths in metres that no name sets.
-    label : str
-        What it is called in a figure; by default its name.
     aliases : tuple of str
         Old names of `example`, in lower case.
 
@@ -98,7 +96,6 @@ class Family:
     ordered: bool = False
     random: bool = False
     metres: bool = False
-    label: str = ""
     aliases: tuple[str, ...] = ()
 
     def arguments(self, name: str) -> dict[str, Any] | None:
@@ -168,18 +165,6 @@ class Metric:
     family: Family
     arguments: Mapping[str, Any]
     alias: str = ""
-
-    @property
-    def label(self) -> str:
-        """What it is called in a figure.
-
-        Examples
-        --------
-        >>> from alignscores.metrics import metric
-        >>> metric("half_distance").label, metric("TAS").label
-        ('half-score distance', 'TAS')
-        """
-        return self.family.label or self.name
 
     @property
     def metres(self) -> bool:

@@ -1,36 +1,24 @@
 """Accuracy of relative poses between all pairs: RRA, RTA and AUC of VGGT and its followers."""
 
-from collections.abc import Callable, Iterator
-from typing import Any, Literal, get_args
+from collections.abc import Iterator
+from typing import Literal, get_args
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import Floats, of_equal_size, sizes
-from ..batch import scenes_of_poses
+from ..arrays import Floats
 from ..pairs import PairBlock, pair_blocks
-from ..validation import check_positive, finite_rows
-from .cameras import Cameras, NoValueError, check_choice, moderate
+from ..validation import check_positive
+from .cameras import Cameras, NoValueError, check_choice
 
-__all__ = [
-    "Convention",
-    "direction_blocks",
-    "pair_errors",
-    "vggt_auc",
-    "vggt_auc_batch",
-    "vggt_rra",
-    "vggt_rra_batch",
-    "vggt_rta",
-    "vggt_rta_batch",
-]
+__all__ = ["Convention", "direction_blocks", "vggt_auc", "vggt_rra", "vggt_rta"]
 
 Convention = Literal["vggt", "mapanything", "da3"]
 
 SHORTEST = 1e-15  # added to lengths, smallest squared sine of an error
 SMALLEST_ROTATION = float(np.degrees(np.arccos(1 - 2 * SHORTEST)))
 MAX_DEGREES = 180
-STACKED_PAIRS = 1 << 16  # of scenes at once
 
 
 def vggt_rra(
@@ -160,213 +148,53 @@ def vggt_auc(
     >>> round(vggt_auc(gt, est, 3), 1)
     77.8
     """
-    edges = _edges(k)
-    cameras = Cameras.check(gt_poses, est_poses)
-    n_pairs = _n_pairs(cameras)
-    counts = np.zeros(k, dtype=np.int64)
-    for rotation_errors, direction_errors in pair_errors(cameras, convention):
-        errors = np.maximum(rotation_errors, direction_errors)
-        counts += np.histogram(errors[errors <= k], edges)[0]
-    return 100 * int(np.cumsum(counts).sum()) / (k * n_pairs)
-
-
-def vggt_auc_batch(
-    gt_poses: ArrayLike, est_poses: ArrayLike, k: int, *, convention: Convention = "vggt"
-) -> Floats:
-    """Return AUC@k of many scenes at once: for each the value of `vggt_auc`, bit for bit.
-
-    Parameters
-    ----------
-    gt_poses, est_poses : (B, n, 4, 4) or (B, n, 3, 4) array_like, or sequence of (n, 4, 4)
-        Camera-to-world poses of each scene; see `alignscores.pas_batch`.
-    k : int
-        Whole degrees, at most 180.
-    convention : {"vggt", "mapanything", "da3"}
-        See `vggt_auc`.
-
-    Returns
-    -------
-    (B,) ndarray
-        Percent; NaN where there is no pair.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed; the message names scene and row.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.protocols import vggt_auc_batch
-    >>> gt = np.tile(np.eye(4), (2, 3, 1, 1))
-    >>> gt[:, :, :3, 3] = np.eye(3)
-    >>> est = gt.copy()
-    >>> est[1, 2] = np.nan
-    >>> vggt_auc_batch(gt, est, 30).round(1)
-    array([100. ,  33.3])
-    """
-    edges = _edges(k)
-
-    def n_reached(rotation_errors: Floats, direction_errors: Floats) -> NDArray[np.intp]:
-        errors = np.maximum(rotation_errors, direction_errors)
-        return (errors <= k) + k - 1 - np.searchsorted(edges[1:-1], errors, side="right")
-
-    return _percent(gt_poses, est_poses, convention, n_reached, k)
-
-
-def vggt_rra_batch(
-    gt_poses: ArrayLike, est_poses: ArrayLike, k: float, *, convention: Convention = "vggt"
-) -> Floats:
-    """Return RRA@k of many scenes at once: for each the value of `vggt_rra`.
-
-    Parameters
-    ----------
-    gt_poses, est_poses : (B, n, 4, 4) or (B, n, 3, 4) array_like, or sequence of (n, 4, 4)
-        As in `vggt_auc_batch`.
-    k : float
-        Threshold in degrees.
-    convention : {"vggt", "mapanything", "da3"}
-        See `vggt_auc`.
-
-    Returns
-    -------
-    (B,) ndarray
-        Percent; NaN where there is no pair.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.protocols import vggt_rra_batch
-    >>> gt = np.tile(np.eye(4), (2, 4, 1, 1))
-    >>> est = gt.copy()
-    >>> est[1, 3] = np.nan
-    >>> vggt_rra_batch(gt, est, 5)
-    array([100.,  50.])
-    """
-    check_positive(k, "k")
-    return _percent(gt_poses, est_poses, convention, lambda rotation, _: rotation < k, 1)
-
-
-def vggt_rta_batch(
-    gt_poses: ArrayLike, est_poses: ArrayLike, k: float, *, convention: Convention = "vggt"
-) -> Floats:
-    """Return RTA@k of many scenes at once: for each the value of `vggt_rta`.
-
-    Parameters
-    ----------
-    gt_poses, est_poses : (B, n, 4, 4) or (B, n, 3, 4) array_like, or sequence of (n, 4, 4)
-        As in `vggt_auc_batch`.
-    k : float
-        Threshold in degrees.
-    convention : {"vggt", "mapanything", "da3"}
-        See `vggt_auc`.
-
-    Returns
-    -------
-    (B,) ndarray
-        Percent; NaN where there is no pair.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.protocols import vggt_rta_batch
-    >>> gt = np.tile(np.eye(4), (2, 3, 1, 1))
-    >>> gt[:, :, :3, 3] = np.eye(3)
-    >>> est = gt.copy()
-    >>> est[1, 2] = np.nan
-    >>> vggt_rta_batch(gt, est, 5).round(1)
-    array([100. ,  33.3])
-    """
-    check_positive(k, "k")
-    return _percent(gt_poses, est_poses, convention, lambda _, direction: direction < k, 1)
-
-
-def _percent(
-    gt_poses: ArrayLike,
-    est_poses: ArrayLike,
-    convention: Convention,
-    n_reached: Callable[[Floats, Floats], NDArray[Any]],
-    most: int,
-) -> Floats:
-    """Return the mean of what the pairs of each scene reach, as a percentage of the most."""
-    check_choice(convention, get_args(Convention), "convention")
-    truth, estimate, starts = scenes_of_poses(gt_poses, est_poses)
-    estimated = np.flatnonzero(finite_rows(estimate[0]) & finite_rows(estimate[1]))
-    totals, counts = np.zeros(len(starts) - 1), sizes(starts)
-    for scenes, rows in of_equal_size(np.searchsorted(estimated, starts)):
-        if convention == "da3":  # its world is that of camera 0
-            rows = rows[estimated[rows[:, 0]] == starts[scenes]]
-            scenes = scenes[np.isin(starts[scenes], estimated)]
-        at_once = max(1, STACKED_PAIRS // rows.shape[1] ** 2)
-        for some in np.split(np.arange(len(scenes)), range(at_once, len(scenes), at_once)):
-            cameras = estimated[rows[some]]
-            gt, est = (
-                (rotations[cameras], moderate(positions[cameras]))
-                for rotations, positions in (truth, estimate)
-            )
-            for block in _blocks(*gt, *est, convention):
-                totals[scenes[some]] += n_reached(*_errors(block)).sum(axis=-1)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(100 * totals / (most * (counts * (counts - 1) // 2)))
-
-
-def _edges(k: int) -> Floats:
-    """Return the edges of the bins."""
     check_positive(k, "k", integer=True)
     if k > MAX_DEGREES:
         raise ValueError(f"k must be at most {MAX_DEGREES}, not {k}")
-    return np.linspace(0, k, k + 1)
-
-
-def pair_errors(cameras: Cameras, convention: Convention) -> Iterator[tuple[Floats, Floats]]:
-    """Go through rotation and direction errors in degrees, in the order of `direction_blocks`."""
-    yield from map(_errors, direction_blocks(cameras, convention))
+    edges = np.linspace(0, k, k + 1)
+    cameras = Cameras.check(gt_poses, est_poses)
+    n_pairs = _n_pairs(cameras)
+    counts = np.zeros(k, dtype=np.int64)
+    for block in direction_blocks(cameras, convention):
+        errors = np.maximum(*_errors(block))
+        counts += np.histogram(errors[errors <= k], edges)[0]
+    return 100 * int(np.cumsum(counts).sum()) / (k * n_pairs)
 
 
 def _errors(block: PairBlock) -> tuple[Floats, Floats]:
     """Return rotation and direction errors of the pairs of a block in degrees."""
     lengths = (block.gt_lengths + SHORTEST) * (block.est_lengths + SHORTEST)
-    cosines = (block.dots / lengths)[..., block.pairs]
+    cosines = (block.dots / lengths)[block.pairs]
     squared_sines = np.maximum(1 - cosines * cosines, SHORTEST)
-    rotation_errors = np.maximum(block.rotation_angles()[..., block.pairs], SMALLEST_ROTATION)
+    rotation_errors = np.maximum(block.rotation_angles()[block.pairs], SMALLEST_ROTATION)
     return rotation_errors, np.degrees(np.arccos(np.sqrt(1 - squared_sines)))
 
 
 def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairBlock]:
-    """Go through the pairs of cameras with an estimate and their translations in a convention.
-
-    For "vggt" the cameras are in reversed order: a pair is seen from its second camera.
-    """
+    """Yield the pairs of estimated cameras; in reversed order for "vggt", seen from the second."""
     check_choice(convention, get_args(Convention), "convention")
     if convention == "da3" and not cameras.estimated[0]:
         return iter(())  # its world is that of camera 0
     cameras = cameras.matched()
-    return _blocks(cameras.gt_rotations, cameras.gt, cameras.est_rotations, cameras.est, convention)
-
-
-def _blocks(
-    gt_rotations: Floats, gt: Floats, est_rotations: Floats, est: Floats, convention: Convention
-) -> Iterator[PairBlock]:
-    """Go through the pairs of cameras (n, 3), or of stacks of them."""
-    if convention == "da3":
-        # As steps g_i - g_j with g_i = R_i^T (c_i - c_0), turned into world axes by R_i; the
-        # rotations between the worlds become those of camera i, seen from camera 0.
-        gt, est = _in_own_axes(gt_rotations, gt), _in_own_axes(est_rotations, est)
-        world = est_rotations[..., 0, :, :] @ gt_rotations[..., 0, :, :].swapaxes(-1, -2)
-        aligned = world.swapaxes(-1, -2)[..., None, :, :] @ est_rotations
-        between = aligned.swapaxes(-1, -2) @ gt_rotations
-    else:
-        between = est_rotations @ gt_rotations.swapaxes(-1, -2)
-        if convention == "vggt":
-            gt, est, between = gt[..., ::-1, :], est[..., ::-1, :], between[..., ::-1, :, :]
-    if gt.shape[-2] < 2:
+    if len(cameras) < 2:
         return iter(())
-    turns = scipy.spatial.transform.Rotation.from_matrix(between.reshape(-1, 3, 3))
-    return pair_blocks(gt, est, turns)
+    gt_rotations, gt = cameras.gt_rotations, cameras.gt
+    est_rotations, est = cameras.est_rotations, cameras.est
+    if convention == "da3":
+        # As steps g_i - g_j with g_i = R_i^T (c_i - c_0), rotated to the frame's axes by R_i; the
+        # rotations between the frames become those of camera i, seen from camera 0.
+        gt, est = _in_own_axes(gt_rotations, gt), _in_own_axes(est_rotations, est)
+        aligned = (est_rotations[0] @ gt_rotations[0].T).T @ est_rotations
+        between = aligned.transpose(0, 2, 1) @ gt_rotations
+    else:
+        between = est_rotations @ gt_rotations.transpose(0, 2, 1)
+        if convention == "vggt":
+            gt, est, between = gt[::-1], est[::-1], between[::-1]
+    return pair_blocks(gt, est, scipy.spatial.transform.Rotation.from_matrix(between))
 
 
 def _in_own_axes(rotations: Floats, positions: Floats) -> Floats:
-    return np.asarray(np.einsum("...ki,...k->...i", rotations, positions - positions[..., :1, :]))
+    return np.asarray(np.einsum("nki,nk->ni", rotations, positions - positions[0]))
 
 
 def _rate(
@@ -375,8 +203,8 @@ def _rate(
     check_positive(k, "k")
     cameras = Cameras.check(gt_poses, est_poses)
     n_pairs = _n_pairs(cameras)
-    errors = pair_errors(cameras, convention)
-    return 100 * sum(int(np.count_nonzero(pair[which] < k)) for pair in errors) / n_pairs
+    errors = (_errors(block)[which] for block in direction_blocks(cameras, convention))
+    return 100 * sum(int(np.count_nonzero(part < k)) for part in errors) / n_pairs
 
 
 def _n_pairs(cameras: Cameras) -> int:

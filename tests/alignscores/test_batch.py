@@ -15,14 +15,6 @@ from alignscores import (
     tas_batch,
     tas_distance,
 )
-from alignscores.protocols import (
-    vggt_auc,
-    vggt_auc_batch,
-    vggt_rra,
-    vggt_rra_batch,
-    vggt_rta,
-    vggt_rta_batch,
-)
 
 
 def ragged_scenes(count):
@@ -175,16 +167,3 @@ def test_errors_name_scene_and_row(scenes, as_list):
 def test_refuses_what_are_no_scenes(scenes, change, message):
     with pytest.raises(ValueError, match=message):
         pas_batch(*change(*scenes))
-
-
-@pytest.mark.parametrize("convention", ["vggt", "mapanything", "da3"])
-@pytest.mark.parametrize(
-    ("batch", "single"),
-    [(vggt_auc_batch, vggt_auc), (vggt_rra_batch, vggt_rra), (vggt_rta_batch, vggt_rta)],
-)
-def test_pairwise_protocols_as_one_by_one(convention, batch, single):
-    gt, est = ragged_scenes(40)
-    found = batch(gt, est, 15, convention=convention)
-    expected = [single(g, e, 15, convention=convention) for g, e in zip(gt, est, strict=True)]
-    np.testing.assert_array_equal(found, expected)
-    assert np.isnan(batch([gt[0][:1]], [est[0][:1]], 15, convention=convention))
