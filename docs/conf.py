@@ -59,7 +59,7 @@ numpydoc_validation_exclude = {
     r"\.Registration$",  # a signature
     r"(NoValueError|Warning)$",
     # Properties, which one line describes; methods are checked.
-    r"\.(Comparison|Evaluation|Matches|Settings)\.(?!plot|save_|to_|value|verdict)",
+    r"\.(Comparison|Evaluation|Matches|Settings|Trajectory)\.(?!plot|save_|to_|value|verdict|with_)",
 }
 
 html_theme = "pydata_sphinx_theme"

@@ -56,7 +56,20 @@ class Trajectory(NamedTuple):
         return bool(finite_rows(rotations).any() or not finite_rows(positions).any())
 
     def with_rotations(self) -> "Trajectory":
-        """Return the trajectory, of positions alone with rotations that are the identity."""
+        """Return positions alone with identity rotations, other trajectories unchanged.
+
+        Returns
+        -------
+        Trajectory
+            The trajectory, each finite pose with a rotation.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from alignscores import Trajectory
+        >>> Trajectory(np.arange(2.0), np.tile(np.eye(4), (2, 1, 1))).with_rotations()
+        Trajectory(2 poses, 0.0 to 1.0)
+        """
         if self.has_rotations:
             return self
         poses = self.poses.copy()
