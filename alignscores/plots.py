@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from .arrays import Floats
 from .evaluation.evaluation import Evaluation
-from .pages.estimates import over_expected
+from .pages.estimates import breaks, over_expected
 from .profile import ScoreProfile
 from .validation import finite_rows
 
@@ -104,7 +104,7 @@ def _shade(axes: Axes, evaluation: Evaluation, lost: NDArray[np.bool_], colour: 
         return
     times, rows = _times(evaluation), np.flatnonzero(lost)
     half = float(np.median(np.diff(times))) / 2
-    apart = np.flatnonzero((np.diff(rows) > 1) | np.isin(rows[1:], _breaks(times))) + 1
+    apart = np.flatnonzero((np.diff(rows) > 1) | np.isin(rows[1:], breaks(times))) + 1
     spans = [
         (times[run[0]] - half, times[run[-1]] - times[run[0]] + 2 * half)
         for run in np.split(rows, apart)
@@ -284,12 +284,6 @@ def _time_label(evaluation: Evaluation) -> str:
     return "frame" if evaluation.settings.form.ordered else "image"
 
 
-def _breaks(times: NDArray[Any]) -> NDArray[np.intp]:
-    """Return where frames follow a gap of the reference, in which nothing is expected."""
-    steps = np.diff(times)
-    return np.flatnonzero(steps > 3 * np.median(steps)) + 1 if len(steps) else steps.astype(np.intp)
-
-
 def _draw_line(
     axes: Axes,
     evaluation: Evaluation,
@@ -302,8 +296,8 @@ def _draw_line(
     times = _times(evaluation)
     jumps = np.flatnonzero(np.abs(np.diff(values)) > jump) + 1
     points = np.column_stack([times.astype(float), values])
-    breaks = np.union1d(_breaks(times), jumps)
-    _draw_path(axes, evaluation, np.insert(points, breaks, np.nan, axis=0), line)
+    ends = np.union1d(breaks(times), jumps)
+    _draw_path(axes, evaluation, np.insert(points, ends, np.nan, axis=0), line)
 
 
 def _draw_path(axes: Axes, evaluation: Evaluation, points: Floats, line: dict[str, Any]) -> None:

@@ -55,8 +55,8 @@ exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
 3 a condition of --fail_on holds
 """
 EVERYDAY = {
-    *("t_max_diff", "t_offset", "alignment", "dry-run", "jobs", "by", "baseline", "fail_on"),
-    *("verbose", "metrics", "html", "markdown", "json", "csv", "latex"),
+    *("t_max_diff", "t_offset", "alignment", "dry_run", "jobs", "by", "baseline", "fail_on"),
+    *("verbose", "metrics", "html", "markdown", "show"),
 }
 FRAMES = (
     "file with the time stamps of the expected frames, or a pattern of such files with {sequence}"
@@ -91,25 +91,40 @@ def compare_parser(*, everything: bool = True) -> Parser:
     )
     parser.add_argument("files", nargs="+", metavar="[FORMAT] REF EST", help=FILES)
     parser.add_settings("format", "metrics", frames=FRAMES)
-    runs, jobs = parser.group("runs"), available_processors()
-    runs.add("--dry-run", action="store_true", help="show what is found, and score nothing")
-    runs.add("--expect_all", action="store_true", help="a sequence without runs has failed")
-    runs.add("--jobs", type=number_type(JOBS), default=jobs, metavar="X", help=JOBS.help)
-    runs.add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
-    verdicts = parser.group("verdicts")
-    verdicts.add("--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)")
-    verdicts.add("--baseline", metavar="FILE.json", help="show changes since that --json output")
-    verdicts.add("--fail_on", metavar="CONDITIONS", help=FAIL_ON)
-    verdicts.add("--paired", action="store_true", help="compare runs of the same name")
-    output = parser.group("output")
-    output.add("-v", "--verbose", action="store_true", help="explain the numbers")
-    output.add("--metrics", metavar="NAMES", type=metric_names, default=(), help=MORE_METRICS)
+    runs, jobs = parser.add_argument_group("runs"), available_processors()
+    runs.add_argument(
+        "--dry-run", action="store_true", help="show what is found, and score nothing"
+    )
+    runs.add_argument(
+        "--expect_all", action="store_true", help="a sequence without runs has failed"
+    )
+    runs.add_argument("--jobs", type=number_type(JOBS), default=jobs, metavar="X", help=JOBS.help)
+    runs.add_argument(
+        "--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them"
+    )
+    verdicts = parser.add_argument_group("verdicts")
+    verdicts.add_argument(
+        "--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)"
+    )
+    verdicts.add_argument(
+        "--baseline", metavar="FILE.json", help="show changes since that --json output"
+    )
+    verdicts.add_argument("--fail_on", metavar="CONDITIONS", help=FAIL_ON)
+    verdicts.add_argument("--paired", action="store_true", help="compare runs of the same name")
+    output = parser.add_argument_group("output")
+    output.add_argument("-v", "--verbose", action="store_true", help="explain the numbers")
+    output.add_argument(
+        "--metrics", metavar="NAMES", type=metric_names, default=(), help=MORE_METRICS
+    )
     page_file = output_file(".html")
-    output.add("--html", metavar="FILE.html", type=page_file, help="save a page with drawings")
-    output.add("--markdown", metavar="FILE", help="save a report in Markdown; - prints it")
+    output.add_argument(
+        "--html", metavar="FILE.html", type=page_file, help="save a page with drawings"
+    )
+    output.add_argument("--markdown", metavar="FILE", help="save a report in Markdown; - prints it")
+    forms = output.add_mutually_exclusive_group()
     for name in ("JSON", "CSV", "LaTeX"):
         form, help = name.lower(), f"print {name} instead of the table"
-        output.add(f"--{form}", dest="show", action="store_const", const=form, help=help)
+        forms.add_argument(f"--{form}", dest="show", action="store_const", const=form, help=help)
     return parser
 
 

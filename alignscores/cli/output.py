@@ -1,7 +1,6 @@
 """What is printed: a table or JSON, notes and errors."""
 
 import json
-import re
 import shutil
 import sys
 from collections.abc import Sequence
@@ -98,19 +97,21 @@ def conditions(scored: Sequence[Evaluation]) -> str:
         first_seed, *others = settings.seeds
         mean = f", mean over seeds {first_seed} to {others[-1]}" if others else ""
         aligned += f" ({settings.registration}{mean})"
-    return "; ".join([aligned, frames, f"d = {first.result.tas.unit:.3g} {settings.form.unit}"])
+    unit = f"TAS up to d = {first.result.tas.unit:.3g} {settings.form.unit}"
+    half = [] if settings.metrics else ["half: threshold at score 0.5"]
+    return "; ".join([aligned, frames, unit, *half])
 
 
 def print_notes(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
     """Print the notes on all and on each estimate on stderr, a line for those that are alike."""
-    alike: dict[str, list[str]] = {note: [note] for note in notes}
+    for note in notes:
+        print_note(note)
+    of_kind: dict[str, list[str]] = {}
     for evaluation in scored:
-        for note in evaluation.notes:
-            line = str(note) if note.kind == "file" else f"{evaluation.name}: {note}"
-            kind = re.sub(r"[\d.]+", "", line.replace(evaluation.name, ""))
-            alike.setdefault(kind, []).append(line)
-    for first, *others in alike.values():
-        print_note(f"{first} (and alike for {len(others)} more)" if others else first)
+        for one in evaluation.notes:
+            of_kind.setdefault(one.kind, []).append(one.named(evaluation.name))
+    for first, *others in of_kind.values():
+        print_note(f"{first} (and {len(others)} more of this kind)" if others else first)
 
 
 def print_note(message: str) -> None:

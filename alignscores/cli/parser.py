@@ -38,38 +38,29 @@ ELSEWHERE = {  # options of evo and of version 1, and what to use here
 }
 
 
-class Group:
-    """A group of options; ``--help`` hides those that are not among the everyday ones."""
-
-    def __init__(self, group: Any, everyday: Collection[str] | None) -> None:
-        self._group, self._everyday = group, everyday
-
-    def add(self, *flags: str, help: str, **kwargs: Any) -> None:
-        """Add an option, as `add_argument` does."""
-        hidden = self._everyday is not None and flags[-1].removeprefix("--") not in self._everyday
-        self._group.add_argument(*flags, help=argparse.SUPPRESS if hidden else help, **kwargs)
-
-
 class Parser(argparse.ArgumentParser):
     """A parser that shows its everyday options with ``--help`` and all with ``--help-all``."""
 
     def __init__(self, everyday: Collection[str], *, everything: bool, **kwargs: Any) -> None:
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **kwargs)
-        self.everyday = None if everything else everyday
+        self.everyday = None if everything else {"help", "help_all", *everyday}
         self.add_argument("--help-all", action="help", help="show all options and exit")
 
-    def group(self, title: str) -> "Group":
-        """Return a new group of options in the help."""
-        return Group(self.add_argument_group(title), self.everyday)
+    def format_help(self) -> str:
+        """Return the help of the everyday options, or of all."""
+        for action in self._actions:
+            if action.option_strings and self.everyday and action.dest not in self.everyday:
+                action.help = argparse.SUPPRESS
+        return super().format_help()
 
     def add_settings(self, *left_out: str, **helps: str) -> None:
         """Add an option for each setting, in its group; `helps` replace the settings' own."""
-        groups: dict[str, Group] = {}
+        groups: dict[str, Any] = {}
         for name, option in options().items():
             if name in left_out:
                 continue
             if option.group not in groups:
-                groups[option.group] = self.group(option.group)
+                groups[option.group] = self.add_argument_group(option.group)
             default = getattr(Settings, name)
             shown = "" if default in (None, False) else " (default: %(default)s)"
             help = helps.get(name, option.help) + shown
@@ -83,7 +74,7 @@ class Parser(argparse.ArgumentParser):
                 kind = {"choices": option.choices}
             elif option.number:
                 kind = {"type": number_type(option), "metavar": "X"}
-            groups[option.group].add(f"--{name}", default=default, help=help, **kind)
+            groups[option.group].add_argument(f"--{name}", default=default, help=help, **kind)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Return the arguments; those of other programs end in a hint."""

@@ -87,17 +87,23 @@ def score_parser(*, everything: bool = True) -> Parser:
     parser.add_argument("--version", action="version", version=version, help="show the version")
     parser.add_argument("files", nargs="+", metavar="REF EST", help="the files; - is stdin")
     parser.add_settings("format", "metrics")
-    output = parser.group("output")
-    output.add("-v", "--verbose", action="store_true", help="explain the columns of the table")
-    output.add("--json", action="store_true", help="print JSON instead of a table")
-    output.add("--metrics", metavar="NAMES", type=metric_names, default=(), help=METRICS)
+    output = parser.add_argument_group("output")
+    output.add_argument(
+        "-v", "--verbose", action="store_true", help="explain the columns of the table"
+    )
+    output.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    output.add_argument("--metrics", metavar="NAMES", type=metric_names, default=(), help=METRICS)
     written = f"write all results: {', '.join(FOLDER.values())}"
-    output.add("-o", "--output", metavar="FOLDER", type=Path, help=written)
-    output.add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
-    output.add("--plot_mode", choices=MODES, help="axes of trajectories (default: the two longest)")
+    output.add_argument("-o", "--output", metavar="FOLDER", type=Path, help=written)
+    output.add_argument(
+        "--plot", action="store_true", help="show errors, trajectories, poses and scores"
+    )
+    output.add_argument(
+        "--plot_mode", choices=MODES, help="axes of trajectories (default: the two longest)"
+    )
     for name, (suffixes, help) in WRITTEN.items():
         form = output_file(*suffixes)
-        output.add(f"--{name}", metavar=f"FILE{suffixes[0]}", type=form, help=help)
+        output.add_argument(f"--{name}", metavar=f"FILE{suffixes[0]}", type=form, help=help)
     parser.set_defaults(save_json=None)
     return parser
 

@@ -50,6 +50,10 @@ class Note:
     def __str__(self) -> str:
         return f"{self.text}; {self.remedy}" if self.remedy else self.text
 
+    def named(self, name: str) -> str:
+        """Return the note after the name of its estimate, unless it names the file itself."""
+        return str(self) if self.kind == "file" else f"{name}: {self}"
+
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:

@@ -112,18 +112,27 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
     return truth
 
 
-def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajectory:
-    """Return an estimate, camera-to-world; of a folder of several models the largest one."""
+def read_estimate(
+    reference: Trajectory, estimate: FilePath | Trajectory, settings: Settings
+) -> Trajectory:
+    """Return an estimate, camera-to-world; of several models in a folder the largest one.
+
+    A model with the poses of the reference is the reference itself.
+    """
     form = settings.est_form
     if isinstance(estimate, Trajectory):
         poses = checked(estimate, "estimate")
     elif form.read_parts:
         models = form.read_parts(estimate)
-        name = max(models, key=lambda name: len(models[name].keys))
+        others = [
+            name for name, one in models.items() if not np.array_equal(one.poses, reference.poses)
+        ]
+        name = max(others or models, key=lambda name: len(models[name].keys))
         poses = models[name]
         if len(models) > 1:
+            largest = "the largest" if len(others) in (0, len(models)) else "not the reference"
             warnings.warn(
-                f"{estimate}: has {len(models)} models; the largest, {name}, is scored",
+                f"{estimate}: has {len(models)} models; {name}, {largest}, is scored",
                 TrajectoryWarning,
                 stacklevel=2,
             )

@@ -108,7 +108,7 @@ def score(
     With `check` the notes look for mistakes of convention and clock, which takes most of the time.
     """
     with collected_warnings() as of_file:  # these name the file
-        poses = read_estimate(estimate, settings)
+        poses = read_estimate(reference, estimate, settings)
     if settings.lever_arm is not None and not poses.has_rotations:
         raise ValueError("--lever_arm needs rotations, which the estimate lacks")
     has_rotations = reference.has_rotations and poses.has_rotations

@@ -110,10 +110,8 @@
   const span = [timeOf(rows[0]), Math.max(timeOf(rows.at(-1)), timeOf(rows[0]) + 1e-9)];
   const across = { domain: span, label: stamps ? "time [s]" : data.ordered ? "frame" : "image" };
   const MARGINS = { left: 56, right: 12 };
-  const steps = rows.slice(1).map((row, k) => timeOf(row) - timeOf(rows[k])).sort((a, b) => a - b);
-  const step = steps[Math.floor(steps.length / 2)] ?? 0;
-  // Tells whether nothing is expected between a camera and the next one, as the reference has a gap.
-  const endsAt = (one, camera) => !(timeOf(one.rows[camera + 1]) - timeOf(one.rows[camera]) <= 3 * step);
+  // Whether a camera is the last one, or the last one before a gap of the reference.
+  const endsAt = (one, camera) => camera + 1 === one.rows.length || data.breaks.includes(one.rows[camera + 1]);
 
   function errorChart(kind) {
     return (host) => {

@@ -16,7 +16,7 @@ from ..trajectories.files import Trajectory
 from ..version import __version__
 from .document import document, packed, source
 
-__all__ = ["Estimate", "over_expected", "page", "page_data", "page_without_data"]
+__all__ = ["Estimate", "breaks", "over_expected", "page", "page_data", "page_without_data"]
 
 SCRIPTS = "scores.js", "charts.js", "controls.js", "estimates.js"
 
@@ -73,7 +73,8 @@ def page_data(
     unit: float,
 ) -> dict[str, Any]:
     """Return the data for the scripts; `unit` is d."""
-    positions = reference.poses[:, :3, 3]
+    positions, rows = reference.poses[:, :3, 3], estimates[0].rows
+    times = reference.keys[rows] if reference.keys.dtype.kind == "f" else rows.astype(int)
     centre = (np.nanmin(positions, axis=0) + np.nanmax(positions, axis=0)) / 2
     return {
         "title": title,
@@ -83,6 +84,7 @@ def page_data(
         "reference": file,
         "cameras": _cameras(reference.keys),
         "positions": packed(positions - centre, "<f4"),
+        "breaks": rows[breaks(times)].tolist(),
         "settings": {
             "threshold": settings.max_threshold,
             "degrees": settings.max_threshold_deg,
@@ -140,11 +142,14 @@ def _estimate(evaluation: Evaluation) -> Estimate:
         half=(evaluation.half_distance, evaluation.half_angle),
         ate=evaluation.ate,
         tracked=1 - evaluation.lost,
-        notes=[
-            printable(str(note) if note.kind == "file" else f"{evaluation.name}: {note}")
-            for note in evaluation.notes
-        ],
+        notes=[printable(note.named(evaluation.name)) for note in evaluation.notes],
     )
+
+
+def breaks(times: NDArray[Any]) -> NDArray[np.intp]:
+    """Return where frames follow a gap of the reference, in which nothing is expected."""
+    steps = np.diff(times)
+    return np.flatnonzero(steps > 3 * np.median(steps)) + 1 if len(steps) else steps.astype(np.intp)
 
 
 def over_expected(evaluation: Evaluation, values: NDArray[Any], of_lost: float) -> NDArray[Any]:

@@ -179,4 +179,11 @@ def test_of_several_models_the_largest_is_scored(score, models):
     (result,) = score("colmap", "colmap/reference", folder)
     (alone,) = score("colmap", "colmap/reference", folder / "1")
     assert (result["PAS"], result["matched"]) == (alone["PAS"], 22)
-    assert "has 2 models; the largest, 1, is scored" in result["notes"][0]["text"]
+    assert "has 2 models; 1, the largest, is scored" in result["notes"][0]["text"]
+
+
+def test_of_a_folder_with_the_reference_in_it_the_estimate_is_scored(score):
+    (result,) = score("colmap", "colmap/reference", "colmap")
+    (alone,) = score("colmap", "colmap/reference", "colmap/estimate")
+    assert (result["PAS"], alone["notes"]) == (alone["PAS"], result["notes"][1:])
+    assert "estimate, not the reference, is scored" in result["notes"][0]["text"]
