@@ -226,6 +226,10 @@ def convention(evaluation: Evaluation) -> Note | None:
             f"the poses in the file seem to be {now}{frame and ', and '}{frame} ({gain})",
             f"{remedy}, with --body_rotation auto" if frame else remedy,
         )
+    if found.rotations_inverted:
+        text = "the rotations in the file seem to be world-to-camera, its positions not"
+        frame = frame and f", and {frame}"
+        return Note("inverted rotations", f"{text}{frame} ({gain})", "transpose them in the file")
     if found.quaternions_shifted:
         text = f"the quaternions seem to have w at the wrong end ({gain})"
         return Note("quaternions", text, "reorder them in the file")

@@ -176,7 +176,7 @@ def _body_rotation(
         estimate.poses[matches.pose_rows],
         quaternions=settings.est_form.quaternions,
     )
-    return None if found.inverted else found.body_rotation
+    return None if found.inverted or found.rotations_inverted else found.body_rotation
 
 
 def _scores(matches: Matches, settings: Settings) -> tuple[PASResult, list[float]]:

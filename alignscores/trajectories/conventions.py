@@ -4,6 +4,7 @@ With R_i, R̂_i the camera-to-world rotations and Q the rotation between the fra
 
 - *another camera frame*: R̂_i ≈ Q R_i B with one constant B, a swap of axes or any rotation.
 - *world-to-camera*: the same for the inverted poses, whose positions fit better, too.
+- *inverted rotations* with true positions: the same for the transposed rotations.
 - *quaternions with w at the wrong end*: the same for the transposed rotations, with one of two B.
 - *mirrored*: the positions fit the reference's mirror image, as after a flip of one axis.
 
@@ -11,7 +12,6 @@ The RAS measures how well the rotations fit. A convention is reported if it rais
 or by half of what is missing to 1: noise, lost cameras or drift fit under none so much better.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import permutations, product
 
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..aligner import normalise
 from ..arrays import Floats
-from ..averaging import angles_and_axes, chordal_mean, rotation_angles, tlud_mean
+from ..averaging import angles_and_axes, project_to_rotation, rotation_angles, tlud_mean
 from ..registration import pcr99
 from ..validation import check_poses, check_same_length, finite_rows
 from .files import Trajectory, inverse_poses
@@ -36,7 +36,7 @@ __all__ = [
 
 NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
-STEPS = 10  # in which B and Q are fitted in turn
+STEPS = 5  # in which B and Q are refined in turn
 CLEARLY = 0.02  # in RAS, by which a less likely convention must be better
 SHIFTED_QUATERNIONS = (  # B where w first is read as w last, and the other way round
     np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
@@ -65,6 +65,8 @@ class Convention:
     ----------
     inverted : bool
         Whether the estimated poses are world-to-camera.
+    rotations_inverted : bool
+        Whether the rotations alone are world-to-camera, and the positions are camera centres.
     quaternions_shifted : bool
         Whether the rotations are those of quaternions whose w is at the wrong end.
     body_rotation : (3, 3) ndarray or None
@@ -83,6 +85,7 @@ class Convention:
     """
 
     inverted: bool = False
+    rotations_inverted: bool = False
     quaternions_shifted: bool = False
     body_rotation: Floats | None = None
     mirrored: bool = False
@@ -93,6 +96,7 @@ class Convention:
         frame = "" if self.body_rotation is None else describe_rotation(self.body_rotation)
         found = {
             "the estimated poses are world-to-camera": self.inverted,
+            "the estimated rotations are world-to-camera": self.rotations_inverted,
             "the quaternions have w at the wrong end": self.quaternions_shifted,
             f"the camera frame is rotated: {frame}": frame,
             "the estimated positions are mirrored": self.mirrored,
@@ -212,42 +216,67 @@ def _of_rotations(gt: Floats, est: Floats, quaternions: bool) -> Convention:
     inverted = _fits_better(gt[:, :3, 3], inverse[:, :3, 3], est[:, :3, 3])
     given = inverse[:, :3, :3] if inverted else given
     likeliest = [Convention(inverted=inverted, body_rotation=axes) for axes in COMMON.values()]
-    shifted = [Convention(quaternions_shifted=True, body_rotation=b) for b in SHIFTED_QUATERNIONS]
+    if not inverted:
+        likeliest += [
+            Convention(rotations_inverted=True, body_rotation=axes) for axes in COMMON.values()
+        ]
+    if quaternions and not inverted:
+        likeliest += [
+            Convention(quaternions_shifted=True, body_rotation=b) for b in SHIFTED_QUATERNIONS
+        ]
     free = Convention(inverted=inverted, body_rotation=_fitted_frame(true, given))
     best = nothing
-    for candidate in (*likeliest, *(shifted if quaternions and not inverted else ()), free):
-        rotations = given.swapaxes(1, 2) if candidate.quaternions_shifted else given
+    for candidate in (*likeliest, free):
+        transposed = candidate.rotations_inverted or candidate.quaternions_shifted
+        rotations = given.swapaxes(1, 2) if transposed else given
         assert candidate.body_rotation is not None
         fit = _approximate_ras(true, rotations @ candidate.body_rotation.T)
         if fit > best.corrected_ras + CLEARLY:
             best = replace(candidate, ras=ras, corrected_ras=fit)
     if best.corrected_ras < needed or best.body_rotation is None:
         return nothing
-    if not best.quaternions_shifted and rotation_angles(best.body_rotation[None])[0] <= NEAR_DEG:
-        return replace(best, body_rotation=None) if inverted else nothing
-    return best
+    if best.quaternions_shifted or rotation_angles(best.body_rotation[None])[0] <= NEAR_DEG:
+        best = replace(best, body_rotation=None)
+    mistaken = best.inverted or best.rotations_inverted or best.quaternions_shifted
+    return best if mistaken or best.body_rotation is not None else nothing
 
 
 def _fitted_frame(gt: Floats, est: Floats) -> Floats:
-    """Return the constant B with R̂_i ≈ Q R_i B: B and Q are fitted in turn.
+    """Return the constant B with R̂_i ≈ Q R_i B.
 
-    The fit starts at the swap of axes that fits best. A swap of axes that fits about as well as the
-    result is preferred.
+    Between two cameras both turn by the same angle, about axes that B takes to each other. A swap
+    of axes that fits about as well is preferred.
     """
-
-    def world(body: Floats, mean: Callable[[Floats], Floats]) -> Floats:
-        return np.asarray(mean(est @ body.T @ gt.swapaxes(1, 2)))
-
-    def agreement(body: Floats) -> float:
-        return float(np.einsum("nij,nij", world(body, chordal_mean) @ gt @ body, est))
-
-    agreements = np.array([agreement(axes) for axes in AXES])
-    body = AXES[np.argmax(agreements > 0.99 * agreements.max())]  # many are as good about one axis
-    for mean in [chordal_mean] * STEPS + [tlud_mean] * STEPS:
-        body = mean((world(body, mean) @ gt).swapaxes(1, 2) @ est)
+    true, given = _axes_of_turns(gt), _axes_of_turns(est)
+    lengths = np.linalg.norm([true, given], axis=2)
+    alike = np.abs(lengths[0] - lengths[1]) < 0.2  # not so where one of the cameras is an outlier
+    moments = true[alike].T @ given[alike]
+    near_identity = 1e-3 * np.linalg.norm(moments) * np.eye(3)  # where turns are about one axis
+    body = project_to_rotation(moments + near_identity)
+    for _ in range(STEPS):
+        frame = tlud_mean(est @ body.T @ gt.swapaxes(1, 2))
+        body = tlud_mean((frame @ gt).swapaxes(1, 2) @ est)
     swap: Floats = max(AXES, key=lambda axes: float(np.trace(axes.T @ body)))
     fits = [_approximate_ras(gt, est @ frame.T) for frame in (swap, body)]
     return swap if fits[0] > fits[1] - 0.05 else body
+
+
+def _axes_of_turns(rotations: Floats) -> Floats:
+    """Return the axes of the rotations between some pairs of cameras, as long as their sines."""
+    n = len(rotations)
+    turns = np.concatenate(
+        [
+            rotations.swapaxes(1, 2) @ np.roll(rotations, k, axis=0)
+            for k in (n // 10, n // 4, n // 2)
+        ]
+    )
+    return np.column_stack(
+        [
+            turns[:, 2, 1] - turns[:, 1, 2],
+            turns[:, 0, 2] - turns[:, 2, 0],
+            turns[:, 1, 0] - turns[:, 0, 1],
+        ]
+    )
 
 
 def _approximate_ras(gt: Floats, est: Floats) -> float:

@@ -1,4 +1,4 @@
-"""Mix-ups that must be told, and inaccuracies that must not be taken for one."""
+"""Mistakes of convention are found, and inaccuracy is not taken for one."""
 
 import numpy as np
 import pytest
@@ -61,14 +61,10 @@ def rotation(axis, degrees):
     return Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
 
 
-def random_turns(rng, sigma_deg):
-    return Rotation.from_rotvec(rng.normal(0, sigma_deg, (60, 3)), degrees=True).as_matrix()
-
-
-def told(found):
-    """What is told besides the camera's frame."""
-    kinds = "inverted", "quaternions_shifted", "mirrored"
-    return [what for what in kinds if getattr(found, what)]
+def mistakes(found):
+    """Return the names of the mistakes but for a rotated camera frame."""
+    kinds = "inverted", "rotations_inverted", "quaternions_shifted", "mirrored"
+    return [kind for kind in kinds if getattr(found, kind)]
 
 
 @pytest.fixture(params=["anywhere", "vehicle", "wandering"])
@@ -76,16 +72,15 @@ def kind(request):
     return request.param
 
 
-@pytest.mark.parametrize("lost", [0.0, 0.4])
 @pytest.mark.parametrize("frame", FRAMES)
-def test_another_camera_frame(kind, frame, lost):
+def test_a_rotated_camera_frame_is_found_and_corrected(kind, frame):
     rng = np.random.default_rng([len(kind), len(frame)])
     gt = reference(kind, 120, rng)
-    est = estimate(gt, rng, lost=lost)
+    est = estimate(gt, rng, lost=0.4)
     mixed_up = in_frame(est, FRAMES[frame])
     found = check_conventions(gt, mixed_up)
     assert found.body_rotation is not None
-    assert told(found) == []
+    assert mistakes(found) == []
     mended = in_frame(mixed_up, found.body_rotation.T)
     honest = ras(gt[:, :3, :3], est[:, :3, :3]).score
     assert ras(gt[:, :3, :3], mended[:, :3, :3]).score > honest - 0.03
@@ -94,42 +89,23 @@ def test_another_camera_frame(kind, frame, lost):
         np.degrees(Rotation.from_matrix(one).magnitude())
         for one in (found.body_rotation, FRAMES[frame], found.body_rotation.T @ FRAMES[frame])
     )
-    if kind == "vehicle":  # about one axis, other frames explain it as well: a small one is told
+    if kind == "vehicle":  # other frames explain turns about one axis as well
         assert angle < true_angle + 2.0
     else:
         assert off < (2.0 if frame == "IMU" else 1e-9)
 
 
-@pytest.mark.parametrize("lost", [0.0, 0.4])
 @pytest.mark.parametrize("frame", [None, "OpenGL", "IMU"])
-def test_world_to_camera(kind, frame, lost):
+def test_world_to_camera_poses_are_found(kind, frame):
     rng = np.random.default_rng([len(kind), 7])
     gt = reference(kind, 120, rng)
-    est = estimate(gt, rng, lost=lost)
+    est = estimate(gt, rng, lost=0.4)
     if frame is not None:
         est = in_frame(est, FRAMES[frame])
     found = check_conventions(gt, inverse_poses(est))
-    assert told(found) == ["inverted"]
+    assert mistakes(found) == ["inverted"]
     assert (found.body_rotation is None) == (frame is None)
     assert found.corrected_ras > 3 * found.ras
-
-
-def test_quaternions_of_a_vehicle_fit_in_part_with_w_at_the_wrong_end():
-    """It turns about one axis and tilts a little, so that a RAS stays that seems one of drift."""
-    rng = np.random.default_rng(2)
-    gt = reference("vehicle", 300, rng)
-    to_camera = Rotation.from_matrix(BODY)  # y down is the axis
-    tilts = Rotation.from_rotvec(rng.normal(0, [3, 0.2, 3], (300, 3)), degrees=True)
-    rotations = Rotation.from_matrix(gt[:, :3, :3]) * to_camera.inv() * tilts
-    gt[:, :3, :3] = (to_camera * rotations).as_matrix()
-    est = estimate(gt, rng, sigma_deg=0.5)
-    world = Rotation.from_matrix(est[0, :3, :3]).inv()
-    quaternions = (world * Rotation.from_matrix(est[:, :3, :3])).as_quat()
-    est[:, :3, :3] = Rotation.from_quat(quaternions[:, [3, 0, 1, 2]]).as_matrix()
-    found = check_conventions(gt, est)
-    assert found.quaternions_shifted
-    assert found.ras > found.corrected_ras / 3
-    assert found.corrected_ras > 0.85
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "wandering"])
@@ -140,19 +116,35 @@ def test_quaternions_with_w_at_the_wrong_end(kind, order):
     est = estimate(gt, rng)
     quaternions = Rotation.from_matrix(est[:, :3, :3]).as_quat()
     est[:, :3, :3] = Rotation.from_quat(quaternions[:, order]).as_matrix()
-    assert check_conventions(gt, est).quaternions_shifted
-    transposed = estimate(gt, rng)
-    transposed[:, :3, :3] = transposed[:, :3, :3].transpose(0, 2, 1)
-    assert not check_conventions(gt, transposed).quaternions_shifted
+    assert mistakes(check_conventions(gt, est)) == ["quaternions_shifted"]
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "wandering"])
-@pytest.mark.parametrize("mirror", [[1, 1, -1], [-1, 1, 1], [-1, -1, -1]])
-@pytest.mark.parametrize("lost", [0.0, 0.4])
-def test_mirrored(kind, mirror, lost):
+def test_inverted_rotations_with_true_positions_are_found(kind):
+    rng = np.random.default_rng(8)
+    gt = reference(kind, 120, rng)
+    est = estimate(gt, rng, lost=0.4)
+    est[:, :3, :3] = est[:, :3, :3].transpose(0, 2, 1)
+    found = check_conventions(gt, est)
+    assert mistakes(found) == ["rotations_inverted"]
+    assert found.body_rotation is None
+    assert str(found) == "the estimated rotations are world-to-camera"
+
+
+def test_inverted_positions_with_true_rotations_have_no_hint(kind):
+    rng = np.random.default_rng(8)
+    gt = reference(kind, 120, rng)
+    est = estimate(gt, rng)
+    est[:, :3, 3] = inverse_poses(est)[:, :3, 3]
+    assert str(check_conventions(gt, est)) == "no mistake is found"
+
+
+@pytest.mark.parametrize("kind", ["anywhere", "wandering"])
+@pytest.mark.parametrize("mirror", [[1, 1, -1], [-1, -1, -1]])
+def test_mirrored_positions_are_found(kind, mirror):
     rng = np.random.default_rng(4)
     gt = reference(kind, 120, rng)
-    est = estimate(gt, rng, lost=lost)
+    est = estimate(gt, rng, lost=0.4)
     positions_only = est.copy()
     positions_only[:, :3, 3] *= mirror
     assert check_conventions(gt, positions_only).mirrored
@@ -177,42 +169,24 @@ INACCURACIES = {
 }
 
 
-@pytest.mark.parametrize("n", [4, 7, 12, 30, 100])
+@pytest.mark.parametrize("n", [4, 12, 100])
 @pytest.mark.parametrize("kind", ["anywhere", "vehicle", "wandering", "never turning"])
 @pytest.mark.parametrize("what", INACCURACIES)
 def test_inaccuracy_is_no_convention(kind, what, n):
-    for seed in range(3):
-        rng = np.random.default_rng([n, seed])
-        gt = reference(kind, n, rng)
-        found = check_conventions(gt, estimate(gt, rng, **INACCURACIES[what]))
-        assert told(found) == []
-        assert found.body_rotation is None
+    rng = np.random.default_rng(n)
+    gt = reference(kind, n, rng)
+    found = check_conventions(gt, estimate(gt, rng, **INACCURACIES[what]))
+    assert str(found) == "no mistake is found"
 
 
-@pytest.mark.parametrize("angle", [1.0, 2.0, 5.0, 9.0])
+@pytest.mark.parametrize("angle", [2.0, 9.0])
 def test_a_small_misalignment_is_no_convention(kind, angle):
     rng = np.random.default_rng(5)
     gt = reference(kind, 120, rng)
     axis = rng.normal(size=3)
     turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis), degrees=True).as_matrix()
     found = check_conventions(gt, in_frame(estimate(gt, rng), turn))
-    assert found.body_rotation is None
-    assert told(found) == []
-    assert found.corrected_ras == found.ras
-
-
-def test_of_cameras_that_hardly_turn_a_swap_of_axes_is_told_that_has_a_use():
-    """Of the others one or another fits by chance."""
-    rng = np.random.default_rng(0)
-    gt = make_poses(random_turns(rng, 2.0), rng.normal(size=(60, 3)))
-    noisy = gt[:, :3, :3] @ random_turns(rng, 0.2)
-    swaps = Rotation.create_group("O").as_matrix().round()
-    found = [check_conventions(gt, make_poses(noisy @ axes, gt[:, :3, 3])) for axes in swaps]
-    for axes, one in zip(swaps, found, strict=True):
-        common = any(np.array_equal(axes, known) for known in (OPENGL, BODY, BODY.T))
-        assert one.body_rotation is not None or not common
-        if one.body_rotation is not None:  # of the others some are not told, and none is wrong
-            np.testing.assert_allclose(one.body_rotation, axes, atol=0.05)
+    assert str(found) == "no mistake is found"
 
 
 def test_identity_quaternions_are_no_convention():
@@ -221,8 +195,7 @@ def test_identity_quaternions_are_no_convention():
     gt = reference("wandering", 120, rng)
     est = estimate(gt, rng)
     est[:, :3, :3] = np.eye(3)
-    assert check_conventions(gt, est).body_rotation is None
-    assert check_conventions(est, gt).body_rotation is None
+    assert str(check_conventions(gt, est)) == "no mistake is found"
 
 
 def test_cameras_that_were_not_estimated_are_left_out():
@@ -233,13 +206,6 @@ def test_cameras_that_were_not_estimated_are_left_out():
     np.testing.assert_array_equal(check_conventions(gt, est).body_rotation, OPENGL)
     est[:] = np.nan
     assert check_conventions(gt, est).body_rotation is None
-
-
-def test_ten_cameras_are_enough():
-    rng = np.random.default_rng(9)
-    gt = reference("anywhere", 10, rng)
-    est = in_frame(estimate(gt, rng), OPENGL)
-    np.testing.assert_array_equal(check_conventions(gt, est).body_rotation, OPENGL)
 
 
 def trajectory(n, *, at_origin):
@@ -265,42 +231,14 @@ def test_swapped():
     assert not seem_swapped(slam, trajectory(1000, at_origin=True))
 
 
-def _scaled(poses, factor):
-    poses[:, :3, 3] *= factor
-    return poses
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda p: p, "no mistake is found"),
-        (np.linalg.inv, "the estimated poses are world-to-camera"),
-        (
-            lambda p: p @ np.diag([1.0, -1.0, -1.0, 1.0]),
-            "the camera frame is rotated: 180 deg",
-        ),
-        (
-            lambda p: np.diag([1.0, 1.0, -1.0, 1.0]) @ p @ np.diag([1.0, 1.0, -1.0, 1.0]),
-            "mirrored",
-        ),
-        (lambda p: _scaled(p, 2.5), "no mistake is found"),
-    ],
-)
-def test_conventions_of_arrays(change, words):
-    """As of files; 3 x 4 matrices and lost cameras, too."""
-    rng = np.random.default_rng(0)
-    gt = np.tile(np.eye(4), (40, 1, 1))
-    gt[:, :3, :3] = Rotation.random(40, rng=rng).as_matrix()
-    gt[:, :3, 3] = rng.random((40, 3))
-    est = change(gt.copy())
-    est[:3] = np.nan
-    for rows in (3, 4):
-        found = check_conventions(gt[:, :rows], est[:, :rows])
-        assert words in str(found)
+def test_both_arrays_have_a_pose_a_camera_and_the_reference_all():
+    gt = reference("anywhere", 40, np.random.default_rng(0))
+    lost = gt.copy()
+    lost[0] = np.nan
     with pytest.raises(ValueError, match=r"^gt_poses has 40 .* est_poses has 39; row i of both"):
-        check_conventions(gt, est[1:])
+        check_conventions(gt, gt[1:])
     with pytest.raises(ValueError, match=r"^gt_poses\[0\] is not finite"):
-        check_conventions(est, gt)
+        check_conventions(lost, gt)
 
 
 BODY_WORDS = "a frame with x forward, y left, z up"
@@ -319,5 +257,4 @@ CAMERA_WORDS = "a camera with x right, y down, z forward"
     ],
 )
 def test_a_frame_in_words(rotation, words):
-    told = str(Convention(body_rotation=rotation))
-    assert told == f"the camera frame is rotated: {words}"
+    assert str(Convention(body_rotation=rotation)) == f"the camera frame is rotated: {words}"
