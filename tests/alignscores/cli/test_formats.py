@@ -25,22 +25,6 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
     (result,) = score(form, *FILES[form], *options, "--registration", "pcr99")
     matches = match(*(read_kitti(examples / path) for path in FILES["kitti"]))
     expected = pas(matches.gt_poses, matches.est_poses)
-    assert set(result) == {
-        *("name", "file", "TAS", "TAS_sd", "RAS", "PAS", "PAS_sd", "TAS_seeds"),
-        *("PAS_seeds", "ate", "n", "lost", "matched", "expected", "non_finite", "no_position"),
-        *("no_rotation", "duplicate", "unmatched", "unit", "within_unit", "within_10_deg"),
-        *("half_distance", "half_angle", "n_hypotheses", "alignment", "body_rotation"),
-        *(
-            "notes",
-            "metrics",
-            "scale",
-            "chance",
-            "median_distance",
-            "median_angle",
-            "t_offset",
-            "lever_arm",
-        ),
-    }
     assert result["n"] == 40
     assert result["TAS_seeds"][0] == pytest.approx(expected.tas.score, abs=1e-12)
     assert result["RAS"] == pytest.approx(expected.ras.score, abs=1e-12)
