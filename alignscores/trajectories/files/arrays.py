@@ -11,7 +11,7 @@ from ...texts import first_few
 from .poses import Trajectory, poses_from_matrices
 from .text import FileError, FilePath, Source, most_bytes, read_bytes, refuse_more
 
-__all__ = ["read_arrays", "unpack_arrays"]
+__all__ = ["read_arrays"]
 
 SHAPES = "(n, 4, 4) or (n, 3, 4)"
 
@@ -47,11 +47,11 @@ def read_arrays(path: FilePath) -> Trajectory:
     >>> stamps, poses.shape
     (array([0. , 0.1, 0.2]), (3, 4, 4))
     """
-    arrays = unpack_arrays(path, read_bytes(path))
+    arrays = _arrays(path, read_bytes(path))
     found = [
         name
         for name, array in arrays.items()
-        if array.ndim == 3 and array.shape[1:] in ((4, 4), (3, 4)) and array.dtype.kind in "fiu"
+        if array.ndim == 3 and array.shape[1:] in ((4, 4), (3, 4))
     ]
     if len(found) != 1:
         shapes = first_few([f"{name[:40]} {array.shape}" for name, array in arrays.items()])
@@ -62,11 +62,7 @@ def read_arrays(path: FilePath) -> Trajectory:
     source = Source(path, lambda row: f"{found[0]}[{row}]")
     if len(matrices) == 0:
         raise FileError(path, "has no poses")
-    times = [
-        array
-        for array in arrays.values()
-        if array.shape == (len(matrices),) and array.dtype.kind in "fiu"
-    ]
+    times = [array for array in arrays.values() if array.shape == (len(matrices),)]
     if len(times) > 1:
         raise FileError(
             path, f"has {len(times)} arrays of {len(matrices)} numbers; leave the stamps"
@@ -77,8 +73,8 @@ def read_arrays(path: FilePath) -> Trajectory:
     return Trajectory(keys, poses)
 
 
-def unpack_arrays(path: FilePath, content: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a file with this content, if they are not too large."""
+def _arrays(path: FilePath, content: bytes) -> dict[str, NDArray[Any]]:
+    """Return the arrays of numbers of a file with this content, if they are not too large."""
     data = BytesIO(content)
     try:
         if zipfile.is_zipfile(data):
@@ -87,7 +83,8 @@ def unpack_arrays(path: FilePath, content: bytes) -> dict[str, NDArray[Any]]:
         data.seek(0)
         stored = np.load(data, allow_pickle=False)
         members = {"the array": stored} if isinstance(stored, np.ndarray) else dict(stored)
-        return {name: one for name, one in members.items() if isinstance(one, np.ndarray)}
+        arrays = {name: one for name, one in members.items() if isinstance(one, np.ndarray)}
+        return {name: array for name, array in arrays.items() if array.dtype.kind in "fiu"}
     except (FileError, MemoryError):
         raise
     except Exception:  # a broken archive or header leads to errors of many kinds

@@ -51,7 +51,8 @@ def read_bag(path: FilePath, *, topic: str | None = None) -> Trajectory:
     except FileError:
         raise
     except Exception as error:  # of rosbags, whose readers raise whatever a broken file leads to
-        raise FileError(path, f"is not a readable bag ({_reason(error)})") from None
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise FileError(path, f"is not a readable bag ({reason})") from None
     if read.num_poses == 0:
         raise FileError(path, f"has no poses on {topic}")
     quaternions = np.roll(read.orientations_quat_wxyz, -1, axis=1)
@@ -69,7 +70,3 @@ def _only_topic(path: FilePath, bag: Any, evo: Any) -> str:
         has = f"has {', '.join(topics)}" if topics else "has no topic with poses"
         raise FileError(path, f"{has}; --ref_topic and --est_topic name one")
     return str(topics[0])
-
-
-def _reason(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

@@ -3,7 +3,6 @@
 import mmap
 import re
 import struct
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -50,50 +49,9 @@ def read_colmap(path: Any) -> Trajectory:
     >>> trajectory.keys[:2]  # doctest: +SKIP
     array(['0000.png', '0001.png'], dtype='<U8')
     """
-    model, path = (path, "the Reconstruction") if is_model(path) else (_model(path), path)
-    in_text = _names_in_text(Path(path))
-    images = {
-        in_text.get(number, image.name): image
-        for number, image in model.images.items()
-        if image.has_pose
-    }
-    if not images:
-        raise FileError(path, "the model has no registered image")
-    names = sorted(images)
-    matrices = np.array([images[name].cam_from_world().matrix() for name in names])
-    source = Source(path, lambda row: f"image {names[row]!r}")
-    world_to_camera = poses_from_matrices(matrices, source)
-    return Trajectory(np.array(names), inverse_poses(world_to_camera))
-
-
-def _names_in_text(folder: Path) -> dict[int, str]:
-    """Return the names in a text model, of which pycolmap reads no more than up to a blank."""
-    file = folder / "images.txt"
-    if (folder / "images.bin").is_file() or not file.is_file():
-        return {}
-    return {int(fields[0]): fields[9] for _, fields in _images_in_text(file)}
-
-
-def is_model(model: object) -> bool:
-    """Tell whether something is a COLMAP model in memory, without pycolmap for what is none."""
-    return type(model).__module__.partition(".")[0] == "pycolmap"
-
-
-def _model(path: FilePath) -> Any:
-    """Read a model from its folder."""
-    pycolmap = require("pycolmap", "colmap")
-    folder = Path(path)
-    if not folder.is_dir():
-        raise FileError(path, "is not a folder; a COLMAP model is a folder with cameras and images")
-    for file in RECORDS:
-        if (folder / file).is_file():
-            _check_whole(folder / file)
-    try:
-        return pycolmap.Reconstruction(str(path))
-    except (IndexError, MemoryError, OSError, RuntimeError, ValueError) as error:
-        _check_images_txt(folder / "images.txt")
-        reason = re.sub(r"^\[[^]]*\] (Check failed: )?", "", str(error).partition("\n")[0])
-        raise FileError(path, _why_no_model(folder, reason)) from None
+    if is_model(path):
+        return _registered(path, "the Reconstruction", {})
+    return _read(Path(path))
 
 
 def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
@@ -108,7 +66,7 @@ def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
     -------
     dict
         Name of each sub-folder with a model, by its number -> its trajectory, as of `read_colmap`.
-        Each has a world of its own. The name of ``path`` itself where it is a model.
+        Each has its own coordinate frame. The name of ``path`` itself where it is a model.
 
     Raises
     ------
@@ -122,11 +80,74 @@ def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
     ['0', '1']
     """
     folder = Path(path)
-    models = {file.parent for file in folder.glob("*/images.*")}
-    if not models or list(folder.glob("images.*")):
-        return {folder.name: read_colmap(path)}
-    models_in_order = sorted(models, key=lambda model: (len(model.name), model.name))
-    return {model.name: read_colmap(model) for model in models_in_order}
+    folders = {file.parent for file in folder.glob("*/images.*")}
+    if not folders or list(folder.glob("images.*")):
+        folders = {folder}
+    in_order = sorted(folders, key=lambda each: (len(each.name), each.name))
+    return {each.name: _read(each) for each in in_order}
+
+
+def _registered(model: Any, path: FilePath, names: dict[int, str]) -> Trajectory:
+    """Return the registered images of a model; `names` are those that it has not whole."""
+    images = {
+        names.get(number, image.name): image
+        for number, image in model.images.items()
+        if image.has_pose
+    }
+    if not images:
+        raise FileError(path, "the model has no registered image")
+    ordered = sorted(images)
+    matrices = np.array([images[name].cam_from_world().matrix() for name in ordered])
+    source = Source(path, lambda row: f"image {ordered[row]!r}")
+    world_to_camera = poses_from_matrices(matrices, source)
+    return Trajectory(np.array(ordered), inverse_poses(world_to_camera))
+
+
+def _names_in_text(folder: Path) -> dict[int, str]:
+    """Return the names in a text model, of which pycolmap reads no more than up to a blank.
+
+    A malformed line is refused, since pycolmap does not say which it is.
+    """
+    file = folder / "images.txt"
+    names: dict[int, str] = {}
+    if (folder / "images.bin").is_file() or not file.is_file():
+        return names
+    image_line = True  # each is followed by one of points
+    for number, line in numbered_lines(file):
+        if line.startswith("#") or (image_line and not line.strip()):
+            continue
+        if image_line:
+            fields = line.strip().split(maxsplit=9)
+            if len(fields) < 10 or not all(is_number(field, finite=True) for field in fields[:9]):
+                reason = "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the "
+                raise FileError(file, f"{reason}last of them numbers", place=f"line {number}")
+            names[int(float(fields[0]))] = fields[9]
+        image_line = not image_line
+    return names
+
+
+def is_model(model: object) -> bool:
+    """Tell whether something is a COLMAP model in memory, without pycolmap for what is none."""
+    return type(model).__module__.partition(".")[0] == "pycolmap"
+
+
+def _read(folder: Path) -> Trajectory:
+    """Read a model from its folder."""
+    pycolmap = require("pycolmap", "colmap")
+    if missing := [part for part in PARTS if not list(folder.glob(f"{part}.*"))]:
+        lacks = f"it lacks {' and '.join(missing)}, as .bin or .txt"
+        raise FileError(folder, f"is not a folder with a COLMAP model, as sparse/0 is: {lacks}")
+    for file in RECORDS:
+        if (folder / file).is_file():
+            _check_whole(folder / file)
+    names = _names_in_text(folder)
+    try:
+        model = pycolmap.Reconstruction(str(folder))
+    except (IndexError, MemoryError, OSError, RuntimeError, ValueError) as error:
+        reason = re.sub(r"^\[[^]]*\] (Check failed: )?", "", str(error).partition("\n")[0])
+        whole = "is not a readable COLMAP model, as if a file were cut off"
+        raise FileError(folder, f"{whole} ({reason})") from None
+    return _registered(model, folder, names)
 
 
 def _check_whole(path: Path) -> None:
@@ -149,44 +170,3 @@ def _check_whole(path: Path) -> None:
             whole += 1
     if whole < n:
         raise FileError(path, f"is cut off: it holds {whole} of its {n} records")
-
-
-def _why_no_model(folder: Path, reason: str) -> str:
-    """Say why a folder cannot be read as a model, where pycolmap gives no more than a reason."""
-    files = {path.name for path in folder.iterdir()}
-    for suffix, empty in (".bin", "8 zero bytes"), (".txt", "an empty file"):
-        missing = [part + suffix for part in PARTS if part + suffix not in files]
-        if not missing:
-            return f"is not a readable COLMAP model, as if a file were cut off ({reason})"
-        if len(missing) < len(PARTS):
-            remedy = f"; {empty} will do for it" if missing == [f"points3D{suffix}"] else ""
-            return f"the COLMAP model lacks {' and '.join(missing)}{remedy}"
-    models = sorted(path.parent.name for path in folder.glob("*/images.*"))
-    hint = f", but {folder / models[0]} is: give that one" if models else ""
-    return f"is not a COLMAP model, with {', '.join(PARTS)} as .bin or .txt{hint}"
-
-
-def _check_images_txt(path: Path) -> None:
-    """Refuse a malformed line of a text model's images, since pycolmap does not say which it is."""
-    if not path.is_file():
-        return
-    for line_number, fields in _images_in_text(path):
-        finite = [is_number(field, finite=True) for field in fields[:9]]
-        if len(fields) < 10 or not all(finite):
-            raise FileError(
-                path,
-                "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "
-                "of them numbers",
-                place=f"line {line_number}",
-            )
-
-
-def _images_in_text(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Yield the lines of images, with their numbers: each is followed by one of points."""
-    image_line = True
-    for line_number, line in numbered_lines(path):
-        if line.startswith("#") or (image_line and not line.strip()):
-            continue
-        if image_line:
-            yield line_number, line.strip().split(maxsplit=9)
-        image_line = not image_line

@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 
 from .poses import MAX_DEVIATION, MAX_ROUNDING
-from .stamps import UNIT_OF_WORD
+from .stamps import unit_of_word
 
 __all__ = [
     "NAME_THEM",
@@ -21,20 +21,12 @@ __all__ = [
 QUATERNION = ("qx", "qy", "qz", "qw")
 ROTATION = tuple(f"r{row}{column}" for row in "123" for column in "123")
 LAST_ROW = ("r41", "r42", "r43", "r44")
-POSE, MATRIX = "x y z qx qy qz qw", "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
-W_FIRST = "t x y z qw qx qy qz"
-BY_WIDTH = {  # columns of a table that does not name them
-    3: "x y z",
-    4: "t x y z",
-    7: POSE,
-    8: f"t {POSE}",
-    12: MATRIX,
-    13: f"n {MATRIX}",
-    16: f"{MATRIX} {' '.join(LAST_ROW)}",
-    17: f"n {MATRIX} {' '.join(LAST_ROW)}",
-}
+TUM, MATRIX = "t x y z qx qy qz qw", "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
+FOUR_ROWS = f"{MATRIX} {' '.join(LAST_ROW)}"
+KNOWN = [TUM, "x y z", "t x y z", TUM[2:], MATRIX, f"n {MATRIX}", FOUR_ROWS, f"n {FOUR_ROWS}"]
+BY_WIDTH = {len(names.split()): names for names in KNOWN}  # of tables that do not name them
 NAME_THEM = "name them, as in --columns 't x y z qx qy qz qw' (- skips one)"
-KNOWN = "t (t_s, t_ms, t_us, t_ns), n, x, y, z, qx, qy, qz, qw, r11 to r33 or - (skip)"
+COLUMNS = "t (t_s, t_ms, t_us, t_ns), n, x, y, z, qx, qy, qz, qw, r11 to r33 or - (skip)"
 
 # Words in headers.
 TIMES = {"t", "ts", "time", "times", "stamp", "timestamp", "timestamps"}
@@ -50,7 +42,7 @@ def parse_columns(text: str) -> list[str]:
     names = [_column(word) for word in words]
     for word, name in zip(words, names, strict=True):
         if name == "-" != word:
-            raise ValueError(f"{word[:40]!r} is no column: give {KNOWN}")
+            raise ValueError(f"{word[:40]!r} is no column: give {COLUMNS}")
     if "x" not in names or _without_parts(names) != names:
         raise ValueError("columns must be x, y and z, and all of a rotation or none, each once")
     return names
@@ -61,24 +53,21 @@ def columns_of_header(header: str) -> list[str]:
     text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lstrip("#%/ \t"))  # units: x [m]
     words = re.split(r"[,;]" if re.search("[,;]", text) else r"\s+", text)
     names = [_column(word) for word in words]
-    stamped = ["stamp" in word.lower() for word in words]
-    if any(stamped):  # a message's own stamp, not the time at which it was recorded
-        names = [
-            "-" if name == "t" and not own else name
-            for name, own in zip(names, stamped, strict=True)
-        ]
+    if "stamp" in text.lower():  # a message's own stamp, not the time at which it was recorded
+        recorded = {word for word in words if _column(word) == "t" and "stamp" not in word.lower()}
+        names = ["-" if word in recorded else _column(word) for word in words]
     return _without_parts(names)
 
 
 def matrix_columns(names: Container[str]) -> list[str]:
     """Return the columns of matrices, of 3 or 4 rows, in the order of their entries."""
-    return [*MATRIX.split(), *(LAST_ROW if "r44" in names else ())]
+    return (FOUR_ROWS if "r44" in names else MATRIX).split()
 
 
 def columns_by_width(first: Sequence[str], *, w_first: bool) -> list[str]:
     """Return the columns that a table usually has, if its first row agrees; none if unknown."""
     width = len(first)
-    candidates = [W_FIRST if w_first else BY_WIDTH[8]] if width >= 8 else []
+    candidates = ["t x y z qw qx qy qz" if w_first else TUM] if width >= 8 else []
     if width != 8 and width in BY_WIDTH:
         candidates.insert(0, BY_WIDTH[width])
     for names in map(str.split, candidates):
@@ -94,7 +83,7 @@ def _column(text: str) -> str:
         words.pop()
     if not words:
         return "-"
-    last, unit = words[-1], UNIT_OF_WORD.get(words[-1])
+    last, unit = words[-1], unit_of_word(words[-1])
     if axis := re.fullmatch(r"([a-z]*)([wxyz])", last):
         kinds = {*words[:-1], axis[1]} - {""}
         if kinds & ORIENTATIONS:

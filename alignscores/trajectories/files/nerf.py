@@ -56,17 +56,15 @@ def read_nerf(path: FilePath) -> Trajectory:
     """
     matrices, names = [], []
     for index, frame in enumerate(_frames(path)):
-        place = f"frames[{index}]"
         try:
             matrix = frame["transform" if "transform" in frame else "transform_matrix"]
-            name, matrix = frame["file_path"], np.array(matrix, dtype=float)
+            matrix = np.array(matrix, dtype=float)
+            names.append(posixpath.normpath(frame["file_path"]))
         except (KeyError, OverflowError, TypeError, ValueError):
-            reason = "needs a file_path and a transform_matrix of numbers"
-            raise FileError(path, reason, place=place) from None
-        if not isinstance(name, str) or matrix.shape not in ((4, 4), (3, 4)):
-            reason = "file_path must be a text and transform_matrix 4 x 4"
-            raise FileError(path, reason, place=place)
-        names.append(posixpath.normpath(name))
+            matrix = np.empty(0)
+        if matrix.shape not in ((4, 4), (3, 4)):
+            reason = "needs a file_path and a transform_matrix of 4 x 4 numbers"
+            raise FileError(path, reason, place=f"frames[{index}]")
         matrices.append(matrix[:3])
     source = Source(path, lambda row: f"frames[{row}] ({names[row]!r})")
     poses = poses_from_matrices(np.array(matrices), source)
@@ -79,15 +77,9 @@ def _frames(path: FilePath) -> list[Any]:
     text = read_text(path)
     try:
         content = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise FileError(path, f"is not JSON ({error.msg})", place=f"line {error.lineno}") from None
-    except ValueError:  # as of numbers with thousands of digits
-        raise FileError(path, "is not JSON with numbers that a double holds") from None
-    except RecursionError:
-        raise FileError(path, "is not a transforms.json: it is nested too deeply") from None
+    except (RecursionError, ValueError) as error:  # also of numbers with thousands of digits
+        raise FileError(path, f"is not JSON that can be read ({error})") from None
     frames = content.get("frames") if isinstance(content, dict) else content
-    if not isinstance(frames, list):
+    if not isinstance(frames, list) or not frames:
         raise FileError(path, "is not a transforms.json: it has no list of frames")
-    if not frames:
-        raise FileError(path, "has no frames")
     return frames

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Floats
-from ...averaging import rotations_from_quaternions
+from ...averaging import nearest_rotations, rotations_from_quaternions
 from ...validation import finite_rows
 from .text import FilePath, Source
 
@@ -122,38 +122,20 @@ def poses_from_matrices(matrices: Floats, source: Source) -> Floats:
     """Return poses (n, 4, 4) of matrices (n, 3 or 4, 4), with the rotations nearest to theirs."""
     wrong = (matrices[:, 3:] != [0, 0, 0, 1]).any(axis=(1, 2)) & finite_rows(matrices)
     source.refuse(wrong, "the last row of the matrix must be 0 0 0 1")
-    matrices = matrices[:, :3]
-    rotations, deviation = orthonormalise(matrices[:, :, :3])
-    far = ~(deviation <= MAX_DEVIATION) & finite_rows(matrices[:, :, :3])
+    linear = matrices[:, :3, :3]
+    with np.errstate(all="ignore"):
+        deviation = np.abs(linear.transpose(0, 2, 1) @ linear - np.eye(3)).max(axis=(1, 2))
+        reflected = (np.linalg.det(linear) < 0) & (deviation <= MAX_DEVIATION)
+    far = ~(deviation <= MAX_DEVIATION) & finite_rows(linear)
     if far.any():
         row = int(np.argmax(far))
         reason = f"R^T R differs from the identity by {deviation[row]:.2g}"
         raise source.error(row, f"the matrix is not a rotation: {reason}")
-    with np.errstate(all="ignore"):
-        reflected = (np.linalg.det(matrices[:, :, :3]) < 0) & (deviation <= MAX_DEVIATION)
-    source.refuse(
-        reflected, "the matrix is not a rotation: its determinant is negative, a reflection"
-    )
+    source.refuse(reflected, "the matrix is not a rotation: its determinant is negative")
     _warn_of(deviation, source, "has a matrix that is only roughly a rotation")
     poses = np.tile(np.eye(4), (len(matrices), 1, 1))
-    poses[:, :3, :3], poses[:, :3, 3] = rotations, matrices[:, :, 3]
+    poses[:, :3, :3], poses[:, :3, 3] = nearest_rotations(linear), matrices[:, :3, 3]
     return poses
-
-
-def orthonormalise(matrices: Floats) -> tuple[Floats, Floats]:
-    """Return the rotations nearest to matrices (n, 3, 3), and the largest entry of RᵀR - I before.
-
-    Newton's iteration for the polar factor, R <- R - R (RᵀR - I) / 2, which squares the deviation;
-    beyond `MAX_DEVIATION` its result means nothing.
-    """
-    # Not `nearest_rotations`, which is slower and would change the last bits of scores.
-    with np.errstate(all="ignore"):
-        excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
-        deviation = np.abs(excess).max(axis=(1, 2))
-        for _ in range(4):
-            matrices = matrices - matrices @ excess / 2
-            excess = matrices.transpose(0, 2, 1) @ matrices - np.eye(3)
-    return matrices, deviation
 
 
 def _warn_of(deviation: Floats, source: Source, what: str) -> None:
@@ -162,14 +144,10 @@ def _warn_of(deviation: Floats, source: Source, what: str) -> None:
     if len(rows) > 0:
         first, others = int(rows[0]), len(rows) - 1
         more = f" and so have {others} more" if others else ""
-        warnings.warn(
-            f"{source.path}, {source.place(first)}: {what} (off by {deviation[first]:.2g}){more}; "
-            "normalised",
-            TrajectoryWarning,
-            stacklevel=4,
-        )
+        off = f"{what} (off by {deviation[first]:.2g}){more}; normalised"
+        warn(f"{source.path}, {source.place(first)}", off)
 
 
 def warn(path: FilePath, what: str) -> None:
-    """Warn of what is unusual in a file."""
+    """Warn of what is unusual in a file, or at a place in it."""
     warnings.warn(f"{path}: {what}", TrajectoryWarning, stacklevel=4)

@@ -1,5 +1,6 @@
 """The units of time stamps."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,19 +11,10 @@ from ...arrays import Floats
 from .poses import warn
 from .text import FilePath, Source
 
-__all__ = ["UNIT_OF_WORD", "in_seconds", "numbers_or_stamps", "time_unit"]
+__all__ = ["in_seconds", "numbers_or_stamps", "time_unit", "unit_of_word"]
 
 TIME_UNITS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-UNIT_OF_WORD = {  # in the names of columns
-    word: unit
-    for unit, words in {
-        "seconds": "s sec secs second seconds",
-        "milliseconds": "ms msec msecs milliseconds",
-        "microseconds": "us usec usecs microseconds",
-        "nanoseconds": "ns nsec nsecs nanosec nanosecs nanoseconds",
-    }.items()
-    for word in words.split()
-}
+PREFIXES = "", "m|milli", "u|micro", "n|nano"  # of words for these units
 MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
 MAX_ELAPSED = 1e14  # nanoseconds, a day or so; larger time stamps are not counted from a start
 NANOSECOND_STEP = 5e5  # stamps since a start that differ by more are in nanoseconds
@@ -40,6 +32,12 @@ def time_unit(stamps: Floats) -> str:
         return "nanoseconds"
     units = (unit for unit, factor in TIME_UNITS.items() if size < MAX_SECONDS * factor)
     return next(units, "nanoseconds")
+
+
+def unit_of_word(word: str) -> str | None:
+    """Return the unit of time that a word in the name of a column stands for, if any."""
+    units = zip(TIME_UNITS, PREFIXES, strict=True)
+    return next((u for u, prefix in units if re.fullmatch(f"({prefix})s(ec(ond)?s?)?", word)), None)
 
 
 def in_seconds(path: FilePath, columns: Mapping[str, Floats]) -> Floats:

@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import chain, islice
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,6 @@ __all__ = ["Table", "open_table", "read_stamps", "read_table"]
 
 COMMENTS = ("#", "%", "//")
 MISSING = {"", "na", "none", "null"}  # what stands in a table instead of a number
-BLOCK = 10_000  # lines that are parsed at a time
 LONGEST_LINE = 10_000  # characters
 
 
@@ -118,27 +117,21 @@ class Table:
 
     def numbers(self, columns: Sequence[int]) -> tuple[Floats, Source]:
         """Return the numbers in some columns, and where the rows are in the file."""
-        blocks, places = [], []
-        while block := list(islice(self.rows, BLOCK)):
-            blocks.append(self._block(block, columns))
-            places += [number for number, _ in block]
-        return np.concatenate(blocks), Source(self.path, lambda row: f"line {places[row]}")
-
-    def _block(self, block: Sequence[tuple[int, str]], columns: Sequence[int]) -> Floats:
-        """Return the numbers of some lines."""
+        rows = list(self.rows)
+        source = Source(self.path, lambda row: f"line {rows[row][0]}")
         exact = list(columns) == list(range(len(self.first)))
         with suppress(ValueError):
             values = np.loadtxt(
-                [text for _, text in block],
+                [text for _, text in rows],
                 comments=None,
                 delimiter=self.separator,
                 usecols=None if exact else columns,
                 ndmin=2,
             )
             if values.shape[1] == len(columns):
-                return values
+                return values, source
         # Line by line takes longer, but tells which line is malformed.
-        return np.array([self._row(number, text, columns) for number, text in block])
+        return np.array([self._row(number, text, columns) for number, text in rows]), source
 
     def _row(self, number: int, text: str, columns: Sequence[int]) -> list[float]:
         """Return the numbers of a line."""
@@ -166,7 +159,9 @@ def open_table(path: FilePath) -> Table:
             separator, translation = _separator(text.partition("#")[0])
             rows = _rows(path, chain([(number, line)], lines), translation)
             first = next(rows)
-            fields = _fields(first[1], separator)
+            fields = first[1].split(separator)
+            if separator and not fields[-1].strip():  # which ends lines
+                fields.pop()
             return Table(path, header, separator, fields, first[0], chain([first], rows))
         if text and (not (is_comment and header) or "x" in columns_of_header(text)):
             header = text
@@ -231,9 +226,3 @@ def _rows(path: FilePath, lines: Lines, translation: dict[int, str | None]) -> L
             reason = f"has more than {LONGEST_LINE} characters"
             raise FileError(path, reason, place=f"line {number}")
         yield number, text.translate(translation)
-
-
-def _fields(text: str, separator: str | None) -> list[str]:
-    """Return the fields of a line; a separator may end it."""
-    fields = text.split(separator)
-    return fields[:-1] if separator and not fields[-1].strip() else fields

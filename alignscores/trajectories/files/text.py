@@ -90,13 +90,6 @@ def refuse_more(path: FilePath, number: int, most: int, unit: str = "bytes") -> 
 def read_bytes(path: FilePath, most: int | None = None) -> bytes:
     """Return the content of a file, which may be compressed or stdin, if it is not too large."""
     most = most or most_bytes()
-    data = _unpacked(path, most)
-    refuse_more(path, len(data), most)
-    return data
-
-
-def _unpacked(path: FilePath, most: int) -> bytes:
-    """Return the content of a file; no more than `most` bytes and one."""
     try:
         if str(path) == STDIN:
             if sys.stdin is None:
@@ -112,6 +105,7 @@ def _unpacked(path: FilePath, most: int) -> bytes:
         raise FileError(path, f"is not a complete gzip file ({error})") from None
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from None
+    refuse_more(path, len(data), most)
     return data
 
 
@@ -136,14 +130,10 @@ def read_text(path: FilePath) -> str:
 
 def _decoded(path: FilePath, data: bytes) -> str:
     try:
-        text = data.decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise FileError(path, "is not text (UTF-8)", place=f"line {line}") from None
-    if "\0" in text:
-        line = text.count("\n", 0, text.index("\0")) + 1
-        raise FileError(path, "is not text (a zero byte)", place=f"line {line}")
-    return text
 
 
 def numbered_lines(path: FilePath) -> Lines:

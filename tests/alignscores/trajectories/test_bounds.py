@@ -15,7 +15,6 @@ from alignscores.trajectories.files import (
     read_stamps,
     read_tum,
 )
-from alignscores.trajectories.files.tables import BLOCK
 from alignscores.trajectories.recognition import recognise
 
 LINE = b"%d 1 2 3 0 0 0 1\n"
@@ -66,11 +65,11 @@ NO_ARRAYS = "is not a file of arrays"
         (read_stamps, lambda: b"1\n" * 20_000, "has more than 15625 lines"),
         (recognise, lambda: b"1 1\n" * 300_000, LARGE),
         (read_nerf, lambda: b"[" * 300_000, "has more than 250000 bytes"),
-        (read_nerf, lambda: b"[" * 200_000, "nested too deeply"),
+        (read_nerf, lambda: b"[" * 200_000, "is not JSON that can be read"),
         (
             read_nerf,
             lambda: transforms("1" + "0" * 5000),
-            "is not JSON with numbers that a double holds",
+            "is not JSON that can be read",
         ),
         (read_arrays, lambda: packed(a=np.zeros((10**6, 3, 4))), "has more than 1000000 bytes"),
         (read_arrays, lambda: header((10**14, 4, 4)) + bytes(64), NO_ARRAYS),
@@ -104,16 +103,3 @@ def test_the_bound_can_be_raised(tmp_path, monkeypatch):
         monkeypatch.setenv("ALIGNSCORES_MAX_MB", wrong)
         with pytest.raises(ValueError, match="ALIGNSCORES_MAX_MB must be a number of MB above 0"):
             read_tum(path)
-
-
-@pytest.mark.parametrize("n", [BLOCK - 1, BLOCK, 2 * BLOCK + 3])
-def test_blocks_do_not_matter(tmp_path, n):
-    stamps = np.arange(n) / 8
-    rows = [f"{stamp!r} 1 2 3 0 0 0 1\r\n" for stamp in stamps.tolist()]
-    text = "# one\n\n" + "".join([*rows[:-1], rows[-1].replace("0 0 0 1", "1 0 0 0")])
-    path = tmp_path / "x.txt"
-    path.write_text(text)
-    np.testing.assert_array_equal(read_tum(path).keys, stamps)
-    path.write_text(f"{text}\n1 2\n")
-    with pytest.raises(FileError, match=f"line {n + 4}: has 2 columns"):
-        read_tum(path)
