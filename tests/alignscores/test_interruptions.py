@@ -4,12 +4,13 @@ Each script runs in a session of its own. Its pipes are closed when the last of 
 gone, so that `communicate` returns only then; the timeout is there for a hang alone.
 """
 
-import os
 import shutil
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is forked")
@@ -113,13 +114,16 @@ def test_a_process_that_cannot_be_started_is_one_line(start, number):
 
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_workers_end_with_the_command_in_the_middle_of_their_work(start, tmp_path, end):
-    """They wait for pipes: those can be opened once a worker reads from them."""
-    first, second = tmp_path / "a.txt", tmp_path / "b.txt"
-    for pipe in (first, second):
-        pipe.unlink()
-        os.mkfifo(pipe)
-    process = start("import sys\n" + COMMAND, *ARGUMENTS)
-    with process, first.open("w"), second.open("w"):
+    """Each scores a run of 200,000 poses."""
+    stamps = np.arange(0, 20_000, 0.1)
+    poses = np.random.default_rng(0).normal(size=(200_000, 3))
+    rows = np.column_stack([stamps, poses, np.tile([0.0, 0, 0, 1], (200_000, 1))])
+    for name in ("gt.ref", "a.txt", "b.txt"):
+        np.savetxt(tmp_path / name, rows, "%.6g")
+    with start("import sys\n" + COMMAND, *ARGUMENTS) as process:
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        while len(children.read_text().split()) < 2:
+            assert process.poll() is None
         process.send_signal(end)
         out, err = process.communicate(timeout=60)
     assert (process.returncode, out, err) == (-end, "", "")

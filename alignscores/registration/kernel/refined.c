@@ -7,6 +7,7 @@
 #define FARTHEST_SQUARABLE 1e100 /* squares of coordinates beyond may overflow */
 #define N_STARTS 64        /* hypotheses that are refined; their number is halved in each step */
 #define SMALL_N 30         /* cameras up to which all triplets are tried */
+#define FEWEST 8           /* cameras up to which a fit to each subset is tried, too */
 #define N_NEIGHBOURHOODS 4 /* the densest ones; a fit to each is tried as a start, too */
 #define N_FINALISTS 8      /* alignments that are refined with all cameras */
 #define SAMPLE 1000        /* cameras with which the starts are refined until few are left */
@@ -194,6 +195,23 @@ static double *shuffled(pool *memory, const double *points, size_t n, const uint
     return copy;
 }
 
+/* The least-squares fits to all subsets of so few cameras, which a triplet may miss: without a
+   scale two cameras determine nearly all. Return how many there are. */
+static size_t fit_subsets(const cameras *c, int alignment, moments *sums, similarity *fits)
+{
+    size_t count = 0;
+    for (unsigned set = 0; set < 1u << c->n; set++) {
+        double weights[FEWEST];
+        size_t size = 0;
+        for (size_t i = 0; i < c->n; i++)
+            size += (weights[i] = set >> i & 1) > 0;
+        if (size >= (alignment == SIMILARITY ? 3 : 2))
+            sums[count++] = weighted_moments(c, weights);
+    }
+    fit_moments(sums, count, alignment, fits);
+    return count;
+}
+
 static bool is_usable(const similarity *s)
 {
     const double *numbers = &s->scale;
@@ -210,10 +228,12 @@ bool begin_search(pool *memory, const cameras *c, const options *o, pcg64 *rando
     pool local = {0};
     bool all_are_tried = c->n <= SMALL_N;
     size_t count = all_are_tried ? n_triplets(c->n) : max_prescreened(c->n, o->n_hypotheses);
+    size_t n_subsets = c->n <= FEWEST ? (size_t)1 << c->n : 0;
     uint32_t *order = allocate(&local, c->n, sizeof *order);
     triplet *triplets = allocate(&local, count, sizeof *triplets);
-    similarity *rows = allocate(memory, count, sizeof *rows);
-    bool done = order && triplets && rows;
+    moments *sums = allocate(&local, n_subsets, sizeof *sums);
+    similarity *rows = allocate(memory, count + n_subsets, sizeof *rows);
+    bool done = order && triplets && sums && rows;
     if (done && all_are_tried)
         all_triplets(c, triplets);
     else if (done)
@@ -226,6 +246,8 @@ bool begin_search(pool *memory, const cameras *c, const options *o, pcg64 *rando
     }
     if (done) {
         fit_triplets(c, triplets, count, o->alignment, rows);
+        if (n_subsets > 0)
+            count += fit_subsets(c, o->alignment, sums, rows + count);
         all->hypotheses = rows;
         all->n_hypotheses = 0;
         for (size_t h = 0; h < count; h++)

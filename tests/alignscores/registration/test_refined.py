@@ -89,13 +89,13 @@ def test_no_hypothesis_costs_less(noisy_scene, seed, n, share, sigma):
     assert alignment.scale > 0
 
 
-@pytest.mark.parametrize("n", [4, 12, 30])
-def test_of_few_cameras_all_triplets_are_tried(noisy_scene, n):
-    """And nothing is drawn."""
+@pytest.mark.parametrize(("n", "n_subsets"), [(4, 5), (8, 219), (12, 0), (30, 0)])
+def test_of_few_cameras_all_triplets_are_tried(noisy_scene, n, n_subsets):
+    """And up to 8 cameras all subsets of at least three; nothing is drawn."""
     gt, est = noisy_scene(n, 0, 0.01, 0)
     rng = np.random.default_rng(0)
     _, n_used = refined(gt, est, threshold=0.1, n_hypotheses=10, rng=rng)
-    assert n_used == comb(n, 3)
+    assert n_used == comb(n, 3) + n_subsets
     assert rng.random() == np.random.default_rng(0).random()
 
 
