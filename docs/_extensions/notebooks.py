@@ -28,6 +28,8 @@ def markdown(cell: dict[str, Any]) -> list[str]:
     for output in cell["outputs"]:
         if output["output_type"] == "stream":
             parts.append(f"```text\n{''.join(output['text'])}```")
+        elif output["output_type"] == "execute_result":
+            parts.append(f"```text\n{''.join(output['data']['text/plain'])}\n```")
         else:
             picture = "".join(output["data"]["image/png"].split())
             parts.append(f"![What the code draws](data:image/png;base64,{picture})")
