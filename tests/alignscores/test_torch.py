@@ -1,5 +1,8 @@
 """Tensors, and the metric of torchmetrics; without torch there are stand-ins alone."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -115,3 +118,11 @@ def test_the_mask_says_what_is_a_camera(scenes, metric_of):
     sizes = 20, 7, 20
     expected = [pas(g[:n], e[:n]).score for g, e, n in zip(*scenes, sizes, strict=True)]
     assert float(metric.compute()["PAS"]) == pytest.approx(np.mean(expected))
+
+
+def test_the_training_loop_on_the_page_learns(metric_of, capsys):
+    page = Path(__file__).parents[2] / "docs/how-to/batches.md"
+    (code,) = re.findall(r"^```py\n(.*?)^```$", page.read_text(), re.M | re.S)
+    exec(code, {"__name__": "page"})
+    first, *_, last = map(float, re.findall(r"TAS ([\d.]+)", capsys.readouterr().out))
+    assert first < last
