@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Floats, of_equal_size
 from .medoid import TLUD_THRESHOLD, medoids
-from .similarity import best_turn
+from .similarity import best_yaw
 from .validation import finite_rows
 
 __all__ = [
@@ -23,11 +23,11 @@ __all__ = [
     "rotations_from_quaternions",
     "tlud_mean",
     "tlud_means",
-    "turn_mean",
+    "yaw_mean",
 ]
 
 
-N_TURNS = 360  # about the vertical axis, among which inliers are looked for
+N_YAWS = 360  # about the vertical axis, among which inliers are looked for
 TLUD_TOLERANCE = 1e-3  # radians; the refinement stops after a smaller step
 WEISZFELD_STEPS = 10
 COINCIDENT = 1e-15  # radians; rotations that differ by less are equal up to rounding
@@ -67,7 +67,7 @@ def nearest_rotations(matrices: ArrayLike) -> Floats:
     Raises
     ------
     ValueError
-        Where the shape is another one.
+        If the shape is another one.
 
     Examples
     --------
@@ -183,7 +183,7 @@ def tlud_means(rotations: Floats) -> Floats:
     return means
 
 
-def turn_mean(rotations: Floats, up: str) -> Floats:
+def yaw_mean(rotations: Floats, up: str) -> Floats:
     """Return the robust average of rotations (n, 3, 3) among those about the vertical axis.
 
     As `tlud_mean`, but for the first step: of equally spaced turns that with the smallest sum of
@@ -193,7 +193,7 @@ def turn_mean(rotations: Floats, up: str) -> Floats:
     i, j = (k + 1) % 3, (k + 2) % 3
     cosine = rotations[:, i, i] + rotations[:, j, j]
     sine = rotations[:, j, i] - rotations[:, i, j]
-    angles = np.arange(N_TURNS) * (2 * np.pi / N_TURNS)
+    angles = np.arange(N_YAWS) * (2 * np.pi / N_YAWS)
 
     def distances(angle: float) -> Floats:
         traces = np.cos(angle) * cosine + np.sin(angle) * sine + rotations[:, k, k]
@@ -202,7 +202,7 @@ def turn_mean(rotations: Floats, up: str) -> Floats:
     sums = [np.minimum(distances(angle), TLUD_THRESHOLD).sum() for angle in angles.tolist()]
     inlier = distances(float(angles[np.argmin(sums)])) < TLUD_THRESHOLD
     inliers = rotations[inlier] if inlier.any() else rotations
-    start, axis = best_turn(inliers.sum(axis=0), up), np.eye(3)[k]
+    start, axis = best_yaw(inliers.sum(axis=0), up), np.eye(3)[k]
     return geodesic_l1_mean(inliers, start, tolerance=TLUD_TOLERANCE, axis=axis)
 
 

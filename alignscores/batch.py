@@ -236,10 +236,8 @@ def pas_batch(
         See `pas`; the same for all scenes.
     registration : {"pcr99", "refined"} or Registration
         See `tas`.
-    alignment : {"similarity", "rigid", "yaw", "none"}
-        What the alignment may change; see `tas` and `ras`.
-    up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis, for "yaw".
+    alignment, up : str
+        See `tas`.
     distances : bool
         Whether to compute half-score distances and angles; see `tas_distance` and `ras_angle`.
     threads : int

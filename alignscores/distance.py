@@ -66,15 +66,13 @@ def tas_distance(
     score : float
         Above 0, at most 1.
     rng : int, SeedSequence, Generator or None
-        Seed of the registration; see `tas`.
+        See `tas`.
     n_hypotheses : int
         Number of hypotheses of the registration.
     registration : {"refined", "pcr99"} or Registration
         See `tas`. The alignment of "pcr99" is the same at every threshold.
-    alignment : {"similarity", "rigid", "yaw", "none"}
-        What the alignment may change; see `tas`.
-    up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both frames, for "yaw".
+    alignment, up : str
+        See `tas`.
 
     Returns
     -------
@@ -159,10 +157,8 @@ def ras_angle(
         Camera-to-world rotations; see `ras`.
     score : float
         Above 0, at most 1; one half gives the half-score angle.
-    alignment : {"similarity", "rigid", "yaw", "none"}
-        How the alignment may rotate; see `ras`.
-    up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both frames, for "yaw".
+    alignment, up : str
+        See `ras`.
 
     Returns
     -------

@@ -7,7 +7,7 @@ import scipy
 
 from .arrays import Floats, Indices
 
-__all__ = ["TLUD_THRESHOLD", "medoid", "medoids"]
+__all__ = ["TLUD_THRESHOLD", "medoids"]
 
 TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
 FEW = 600  # rotations up to which all distances are computed; bounds are faster beyond
@@ -22,16 +22,11 @@ SPARSE = 1 / 128  # share of near pairs, and of equals, below which a tree finds
 NEAR_PAIRS_AT_ONCE = 1 << 20  # 24 MiB
 
 
-def medoid(rotations: Floats) -> int:
-    """Return the index of the rotation whose truncated distances to all have the smallest sum.
+def medoids(rotations: Floats) -> Indices:
+    """Return the index (G,) of the medoid of each stack of rotations (G, n, 3, 3).
 
     O(n) memory beyond a constant.
     """
-    return int(medoids(rotations[None])[0])
-
-
-def medoids(rotations: Floats) -> Indices:
-    """Return the medoid of each stack of rotations (G, n, 3, 3)."""
     points = rotations.reshape(*rotations.shape[:2], 9)
     n = points.shape[1]
     if n > FEW:

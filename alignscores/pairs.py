@@ -1,4 +1,4 @@
-"""All pairs of cameras, in blocks: relative rotations and directions in two worlds at once."""
+"""All pairs of cameras, in blocks: relative rotations and directions in two frames at once."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class PairBlock:
     """What the errors of some pairs (i, j) follow from: cameras i in rows, j in columns.
 
     Only the entries where ``pairs`` is true, those of i < j, count. The quaternions, (rows, 4) and
-    (4, columns), are those of the rotations between the worlds; ``dots`` are the scalar products of
+    (4, columns), are those of the rotations between the frames; ``dots`` are the scalar products of
     the true and the estimated step from i to j, both in the axes of camera i.
     """
 

@@ -83,7 +83,7 @@ def pas(
         Estimated poses; row i is the camera of row i of the ground truth. A camera whose centre
         (rotation) is not finite fails in the TAS (RAS).
     rng : int, SeedSequence, Generator or None
-        Seed of the registration; see `tas`.
+        See `tas`.
     weight : float
         Share of the TAS, from 0 to 1.
     unit : float, optional
@@ -98,10 +98,8 @@ def pas(
         Number of thresholds of each of the two scores.
     registration : {"pcr99", "refined"} or Registration
         See `tas`.
-    alignment : {"similarity", "rigid", "yaw", "none"}
-        What the alignment may change; see `tas` and `ras`.
-    up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both frames, for "yaw".
+    alignment, up : str
+        See `tas`.
 
     Returns
     -------

@@ -140,7 +140,7 @@ def tas_profile(
         Units at which to score, positive and ascending; by default 64 from a hundred-thousandth of
         the extent of the ground truth to the whole, in equal ratios.
     rng : int, SeedSequence, Generator or None
-        Seed of the registration; see `tas`.
+        See `tas`.
     n_hypotheses : int
         Number of hypotheses of the registration.
     n_thresholds : int
@@ -148,10 +148,8 @@ def tas_profile(
     registration : {"refined", "pcr99"} or Registration
         See `tas`. The alignment of "pcr99" is the same at every unit; others align at each unit,
         and an alignment found at one counts at all of them.
-    alignment : {"similarity", "rigid", "yaw", "none"}
-        What the alignment may change; see `tas`.
-    up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both frames, for "yaw".
+    alignment, up : str
+        See `tas`.
 
     Returns
     -------
@@ -231,10 +229,8 @@ def ras_profile(
         equal ratios.
     n_thresholds : int
         Number of equally spaced thresholds up to the largest.
-    alignment : {"similarity", "rigid", "yaw", "none"}
-        How the alignment may rotate; see `ras`.
-    up : {"z", "y", "x", "-z", "-y", "-x"}
-        Vertical axis of both frames, for "yaw".
+    alignment, up : str
+        See `ras`.
 
     Returns
     -------

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Floats, Indices, of_equal_size
-from .averaging import rotation_angles, tlud_means, turn_mean
+from .averaging import rotation_angles, tlud_means, yaw_mean
 from .histogram import AlignmentScore, equal_steps
 from .similarity import check_alignment
 from .validation import (
@@ -143,13 +143,13 @@ def _checked_ras(
 ) -> RASResult:
     """Return the RAS of checked rotations; a warning points to the caller of `ras` or `pas`."""
     thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
-    (found,), errors = align_rotations(gt, est, np.array([0, len(gt)]), alignment, up)
-    if np.isnan(found).all():
+    (rotation,), errors = align_rotations(gt, est, np.array([0, len(gt)]), alignment, up)
+    if np.isnan(rotation).all():
         warnings.warn(
             "RAS is 0: no camera in est_rotations was estimated", AlignmentWarning, stacklevel=3
         )
         return RASResult(errors=errors, thresholds=thresholds, alignment=None)
-    return RASResult(errors=errors, thresholds=thresholds, alignment=found)
+    return RASResult(errors=errors, thresholds=thresholds, alignment=rotation)
 
 
 def align_rotations(
@@ -160,17 +160,17 @@ def align_rotations(
     Scene s has the rows from ``starts[s]`` to ``starts[s + 1]``. Its rotation is NaN if no camera
     was estimated.
     """
-    found, errors = np.full((len(starts) - 1, 3, 3), np.nan), np.full(len(gt), np.inf)
+    rotations, errors = np.full((len(starts) - 1, 3, 3), np.nan), np.full(len(gt), np.inf)
     estimated = np.flatnonzero(finite_rows(est))
     for scenes, rows in of_equal_size(np.searchsorted(estimated, starts)):
-        found[scenes] = aligned = _aligned(
+        rotations[scenes] = aligned = _aligned(
             est[estimated[rows]] @ gt[estimated[rows]].swapaxes(2, 3), alignment, up
         )
         for block in np.split(rows, range(CAMERAS_AT_ONCE, rows.shape[1], CAMERAS_AT_ONCE), axis=1):
             cameras = estimated[block]
-            turned = (aligned[:, None] @ gt[cameras]).swapaxes(2, 3)
-            errors[cameras] = rotation_angles(turned @ est[cameras])
-    return found, errors
+            expected = (aligned[:, None] @ gt[cameras]).swapaxes(2, 3)
+            errors[cameras] = rotation_angles(expected @ est[cameras])
+    return rotations, errors
 
 
 def _aligned(rotations: Floats, alignment: str, up: str) -> Floats:
@@ -178,5 +178,5 @@ def _aligned(rotations: Floats, alignment: str, up: str) -> Floats:
     if alignment == "none":
         return np.tile(np.eye(3), (len(rotations), 1, 1))
     if alignment == "yaw":
-        return np.array([turn_mean(stack, up) for stack in rotations])
+        return np.array([yaw_mean(stack, up) for stack in rotations])
     return tlud_means(rotations)

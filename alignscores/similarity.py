@@ -1,4 +1,4 @@
-"""Similarity transformations from the ground-truth world to the estimated world."""
+"""Similarity transformations from the ground-truth frame to the estimated frame."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ __all__ = [
     "FARTHEST_SUMMABLE",
     "UP",
     "Similarity",
-    "best_turn",
+    "best_yaw",
     "check_alignment",
     "least_squares_rmse",
     "weighted_sums",
@@ -35,26 +35,29 @@ SMALLEST = float(np.finfo(np.float64).tiny)
 class Similarity:
     """Similarity that takes ground-truth positions to estimated positions.
 
-    A camera at ``c`` in the ground-truth world is expected at
-    ``scale * rotation @ c + translation`` in the estimated world.
+    A camera at ``c`` in the ground-truth frame is expected at
+    ``scale * rotation @ c + translation`` in the estimated frame.
 
     Parameters
     ----------
     scale : float
         Estimated units per ground-truth unit, positive.
     rotation : (3, 3) ndarray
-        Rotation from the ground-truth world to the estimated world.
+        Rotation from the ground-truth frame to the estimated frame.
     translation : (3,) ndarray
-        Position of the ground-truth origin in the estimated world, in estimated units.
+        Position of the ground-truth origin in the estimated frame, in estimated units.
 
     Examples
     --------
     >>> import numpy as np
     >>> from alignscores import Similarity
     >>> twice = Similarity(2.0, np.eye(3), np.array([1.0, 0.0, 0.0]))
-    >>> twice.apply(np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]))
-    array([[1., 0., 0.],
-           [3., 2., 2.]])
+    >>> twice.apply(np.ones((1, 3)))
+    array([[3., 2., 2.]])
+    >>> twice.inverse().apply(np.array([[3.0, 2.0, 2.0]]))
+    array([[1., 1., 1.]])
+    >>> twice.position_errors(np.ones((1, 3)), np.array([[3.0, 2.0, 6.0]]))
+    array([2.])
     """
 
     scale: float
@@ -79,13 +82,13 @@ class Similarity:
         Parameters
         ----------
         gt_positions, est_positions : (n, 3) array_like
-            Finite camera centres in the ground-truth and in the estimated world.
+            Finite camera centres in the ground-truth and in the estimated frame.
         weights : (n,) array_like, optional
             Non-negative weight of each camera; by default they are equal.
         alignment : {"similarity", "rigid", "yaw", "none"}
-            What may differ between the two worlds; see `tas`.
+            What may differ between the two frames; see `tas`.
         up : {"z", "y", "x", "-z", "-y", "-x"}
-            Vertical axis of both worlds, for "yaw".
+            Vertical axis of both frames, for "yaw".
 
         Returns
         -------
@@ -96,8 +99,8 @@ class Similarity:
         Raises
         ------
         ValueError
-            Where the input is malformed, or no similarity of positive, finite scale is the best:
-            the cameras of positive weight coincide in either world, or their two shapes are
+            If the input is malformed, or no similarity of positive, finite scale is the best:
+            the cameras of positive weight coincide in either frame, or their two shapes are
             uncorrelated.
 
         References
@@ -138,97 +141,31 @@ class Similarity:
         if not 0 < scale < np.inf:
             raise ValueError(
                 "no similarity fits gt_positions to est_positions: the cameras coincide in one of "
-                "the worlds, or their shapes have nothing in common"
+                "the frames, or their shapes have nothing in common"
             )
         translation = est_origin + est_extent * translation - scale * rotation @ gt_origin
         return cls(scale, rotation, translation)
 
     @classmethod
     def of_row(cls, row: Floats) -> "Similarity | None":
-        """Return the alignment in a row (13,) of the kernel; None where there is none.
-
-        Parameters
-        ----------
-        row : (13,) array
-            Scale, rotation and translation; the scale is NaN where there is no alignment.
-
-        Returns
-        -------
-        Similarity or None
-            The alignment.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from alignscores import Similarity
-        >>> Similarity.of_row(np.full(13, np.nan)) is None
-        True
-        """
+        """Return the alignment in a row (13,) of the kernel, None if its scale is NaN."""
         if np.isnan(row[0]):
             return None
         return cls(float(row[0]), row[1:10].reshape(3, 3), row[10:])
 
     def apply(self, positions: Floats) -> Floats:
-        """Take ground-truth positions to the estimated world.
-
-        Parameters
-        ----------
-        positions : (n, 3) array
-            Positions in the ground-truth world.
-
-        Returns
-        -------
-        (n, 3) ndarray
-            The positions in the estimated world.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from alignscores import Similarity
-        >>> Similarity(2.0, np.eye(3), np.ones(3)).apply(np.array([[0.0, 1.0, 2.0]]))
-        array([[1., 3., 5.]])
-        """
+        """Return ground-truth positions (n, 3) in the estimated frame."""
         return self.scale * positions @ self.rotation.T + self.translation
 
     def inverse(self) -> "Similarity":
-        """Return the alignment from the estimated to the ground-truth world.
-
-        Returns
-        -------
-        Similarity
-            It takes estimated positions to ground-truth positions.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from alignscores import Similarity
-        >>> back = Similarity(2.0, np.eye(3), np.ones(3)).inverse()
-        >>> back.apply(np.array([[1.0, 3.0, 5.0]]))
-        array([[0., 1., 2.]])
-        """
+        """Return the alignment from the estimated to the ground-truth frame."""
         rotation = self.rotation.T
         return Similarity(1 / self.scale, rotation, -rotation @ self.translation / self.scale)
 
     def position_errors(self, gt_positions: Floats, est_positions: Floats) -> Floats:
-        """Return the distance of each estimated position from its ground truth, once aligned.
+        """Return the distances (n,) of aligned estimated positions from the true ones, both (n, 3).
 
-        Parameters
-        ----------
-        gt_positions, est_positions : (n, 3) array
-            Positions in the ground-truth and in the estimated world.
-
-        Returns
-        -------
-        (n,) ndarray
-            ``|| (est - translation) / scale - rotation @ gt ||`` in ground-truth units.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from alignscores import Similarity
-        >>> twice = Similarity(2.0, np.eye(3), np.zeros(3))
-        >>> twice.position_errors(np.zeros((1, 3)), np.array([[0.0, 0.0, 4.0]]))
-        array([2.])
+        ``|| (est - translation) / scale - rotation @ gt ||``, in ground-truth units.
         """
         with np.errstate(over="ignore"):  # beyond the largest number: infinitely far
             aligned = (est_positions - self.translation) / self.scale
@@ -247,14 +184,14 @@ def least_squares_rmse(
 
 
 def check_alignment(alignment: str, up: str) -> None:
-    """Refuse the name of no alignment, or of no axis."""
+    """Check the names of an alignment and of an axis."""
     if alignment not in ALIGNMENTS:
         raise ValueError(f"alignment must be one of {', '.join(ALIGNMENTS)}, not {alignment!r}")
     if up not in UP:
         raise ValueError(f"up must be one of {', '.join(UP)}, not {up!r}")
 
 
-def best_turn(matrix: Floats, up: str) -> Floats:
+def best_yaw(matrix: Floats, up: str) -> Floats:
     """Return the rotation about the vertical axis that correlates best with a matrix (3, 3)."""
     k = "xyz".index(up[-1])
     i, j = (k + 1) % 3, (k + 2) % 3
@@ -279,7 +216,7 @@ def _weighted_fit(
     truth, inverted.
     """
     weights = weights / np.maximum(weights.sum(), SMALLEST)
-    values = np.empty((24, len(gt)))  # 6 coordinates of both worlds, 18 products with the estimate
+    values = np.empty((24, len(gt)))  # 6 coordinates of both frames, 18 products with the estimate
     both, products = values[:6], values[6:].reshape(3, 6, -1)
     both[:3], both[3:] = gt.T, est.T
     origin = np.einsum("n,kn->k", weights, both)  # so that the moments lose few digits
@@ -290,10 +227,10 @@ def _weighted_fit(
     covariance = moments[6:].reshape(3, 6) - means[3:, None] * means
     means += origin
     if up is not None:
-        return 1.0, best_turn(covariance[:, :3], up), means
+        return 1.0, best_yaw(covariance[:, :3], up), means
     u, correlation, vt = np.linalg.svd(covariance[:, :3])
     if correlation[1] <= LINE * correlation[0]:
-        # The spin about it is free: take the smallest rotation, not what rounding gives.
+        # The spin about the line is free: the smallest rotation, not a rounding error.
         u, vt = _line_frames(u[:, 0], vt[0])
     handedness = np.sign(np.linalg.det(u @ vt))
     u[:, 2] *= handedness

@@ -110,7 +110,7 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         """Return the protocols of each scene; NaN where one has no value."""
         found = []
         for gt, est in zip(gt_poses, est_poses, strict=True):
-            gt, est = (world.detach().cpu().double().numpy() for world in (gt, est))
+            gt, est = (frame.detach().cpu().double().numpy() for frame in (gt, est))
             cameras = ~np.isnan(gt[:, :3]).all(axis=(1, 2))
             found.append(
                 [_value(family, gt[cameras], est[cameras]) for family in self._protocols.values()]

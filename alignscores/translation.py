@@ -196,11 +196,11 @@ def tas(
         check_positive(unit, "unit")
     steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
     aligned = aligner.align(np.array([np.nan if unit is None else float(unit)]), steps[-1])
-    d, found = float(aligned.units[0]), Similarity.of_row(aligned.rows[0])
+    d, similarity = float(aligned.units[0]), Similarity.of_row(aligned.rows[0])
     if unit is None and (reason := no_unit(d, len(aligner.gt))):
         raise ValueError(reason)
     check_positive(d, "unit")
-    if found is None:
+    if similarity is None:
         distinct = len(np.unique(aligner.est[aligner.estimated], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
@@ -212,7 +212,7 @@ def tas(
     return TASResult(
         errors=aligned.errors,
         thresholds=d * steps,
-        alignment=found,
+        alignment=similarity,
         unit=d,
         n_hypotheses=int(aligned.n_hypotheses[0]),
         registration=aligner.registration,

@@ -36,7 +36,7 @@ class AlignmentWarning(UserWarning):
 
 
 def check_positions(values: ArrayLike, name: str, *, complete: bool) -> Floats:
-    """Return camera centres as (n, 3) floats; `complete` refuses non-finite rows."""
+    """Return camera centres as (n, 3) floats, all finite if `complete`; or raise ValueError."""
     positions = real_array(values, name)
     if positions.ndim != 2 or positions.shape[1] != 3:
         raise ValueError(f"{name} must have shape (n, 3), not {positions.shape}")
@@ -45,7 +45,7 @@ def check_positions(values: ArrayLike, name: str, *, complete: bool) -> Floats:
 
 
 def check_rotations(values: "ArrayLike | Rotation", name: str, *, complete: bool) -> Floats:
-    """Return rotations as (n, 3, 3) floats; `complete` refuses non-finite rows."""
+    """Return rotations as (n, 3, 3) floats, all finite if `complete`; or raise ValueError."""
     if hasattr(values, "as_matrix"):  # SciPy's, without a third of a second to import it
         values = values.as_matrix()
     rotations = real_array(values, name)
@@ -73,7 +73,7 @@ def check_poses(values: ArrayLike, name: str, *, complete: bool) -> tuple[Floats
 
 
 def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> None:
-    """Refuse a ground truth and an estimate with different numbers of cameras."""
+    """Check that ground truth and estimate have the same number of cameras."""
     if len(gt) != len(est):
         raise ValueError(
             f"{gt_name} has {len(gt)} cameras but {est_name} has {len(est)}; "
@@ -82,7 +82,7 @@ def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> N
 
 
 def check_weights(values: ArrayLike, n: int) -> Floats:
-    """Return weights of n cameras as (n,) floats; refuse negative ones, and all of them 0."""
+    """Return weights of n cameras as (n,) floats, none negative and not all 0."""
     weights = real_array(values, "weights")
     if weights.shape != (n,):
         raise ValueError(f"weights must have shape ({n},), not {weights.shape}")
@@ -96,7 +96,7 @@ def check_weights(values: ArrayLike, n: int) -> Floats:
 
 
 def check_positive(value: float, name: str, *, integer: bool = False) -> None:
-    """Refuse a parameter that is not a positive, finite (whole) number."""
+    """Check that a parameter is a positive, finite (whole) number."""
     kinds = (int, np.integer) if integer else (int, float, np.integer, np.floating)
     if isinstance(value, bool) or not isinstance(value, kinds) or not 0 < value < np.inf:
         kind = "whole number" if integer else "finite number"
@@ -165,13 +165,13 @@ def _tolerance(values: Any) -> float:
 
 
 def _check_orthonormal(rotations: Floats, name: str, tolerance: float) -> None:
-    """Refuse finite matrices that are no rotation."""
+    """Check that all finite matrices are rotations."""
     for start in range(0, len(rotations), ROTATIONS_AT_ONCE):
-        _check_some(rotations[start : start + ROTATIONS_AT_ONCE], name, tolerance, start)
+        _check_block(rotations[start : start + ROTATIONS_AT_ONCE], name, tolerance, start)
 
 
-def _check_some(rotations: Floats, name: str, tolerance: float, start: int) -> None:
-    """Refuse what is no rotation among those from row `start` on."""
+def _check_block(rotations: Floats, name: str, tolerance: float, start: int) -> None:
+    """Check rotations whose first row is `start` of the argument."""
     columns = np.ascontiguousarray(rotations.transpose(2, 1, 0))
     with np.errstate(all="ignore"):
         gram = np.einsum("ikn,jkn->ijn", columns, columns).reshape(9, -1)

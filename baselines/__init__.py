@@ -1,8 +1,8 @@
 """Baselines that the alignment scores are compared with: ATE, DTE, DRE, mAA, rotation statistics.
 
 Conventions as in `alignscores`: the reference comes first, poses are camera-to-world, angles are
-degrees. Unlike the alignment scores, the errors among them (all but the mAA) have no value for a
-camera that was not estimated: they refuse it.
+degrees. The errors (all but the mAA) have no value for a camera that was not estimated: they raise
+ValueError.
 """
 
 from .absolute import ate

@@ -28,7 +28,7 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     Raises
     ------
     ValueError
-        Where the input is malformed or not finite, or the ground truth has no extent: every
+        If the input is malformed or not finite, or the ground truth has no extent: every
         estimate could then be scaled down to an error of 0.
 
     Notes
@@ -66,7 +66,7 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
 def _normalise(positions: Floats) -> tuple[Floats, float]:
     """Return a cloud shifted to zero mean and scaled to unit extent, and its extent."""
     positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
-    # Relative to a camera first: far-off worlds lose no digits, and coinciding cameras give zeros.
+    # Relative to a camera first: far-off frames lose no digits, and coinciding cameras give zeros.
     local = positions - positions[0]
     local -= local.mean(axis=0)
     extent = float(np.abs(local).max())

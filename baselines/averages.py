@@ -14,8 +14,7 @@ from alignscores.averaging import (
     rotation_from_vector,
 )
 
-__all__ = ["geometric_median", "geometric_medians", "median", "rotation_l1_mean"]
-__all__ += ["rotation_l1_means", "rotation_l2_mean", "rotation_l2_means"]
+__all__ = ["geometric_medians", "median", "rotation_l1_means", "rotation_l2_means"]
 
 
 L2_STEPS = 100  # bound; 4 steps do without outliers, some 20 with half of them
@@ -30,18 +29,13 @@ def median(values: Floats, axis: int = 0) -> Any:
     return (lower + upper) / 2
 
 
-def geometric_median(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Floats:
-    """Return the point with the smallest sum of distances to (n, 3) points, by Weiszfeld steps.
-
-    The start is the coordinate-wise median. A point that the iterate coincides with has no
-    direction: it holds the iterate against the pull of one other point. Source: Vardi and Zhang,
-    "The multivariate L1-median and associated data depth", PNAS 2000.
-    """
-    return np.asarray(geometric_medians(points[None], max_steps=max_steps)[0])
-
-
 def geometric_medians(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Floats:
-    """Return `geometric_median` of stacks of points (G, n, 3)."""
+    """Return the points (G, 3) with the smallest sums of distances to stacks of points (G, n, 3).
+
+    Weiszfeld steps from the coordinate-wise median. A point that the iterate coincides with has no
+    direction: it cancels the pull of one other point (Vardi and Zhang, "The multivariate L1-median
+    and associated data depth", PNAS 2000).
+    """
     medians: Floats = median(points, axis=1)
     points = np.ascontiguousarray(points.swapaxes(1, 2))
     moving = np.arange(len(points))
@@ -63,32 +57,21 @@ def geometric_medians(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Fl
     return medians
 
 
-def rotation_l1_mean(rotations: Floats) -> Floats:
-    """Return the geodesic L1 mean of rotations after 10 Weiszfeld steps.
-
-    The start is their element-wise median, projected on SO(3): Lee and Civera, "Robust Single
-    Rotation Averaging", arXiv 2004.00732.
-    """
-    return np.asarray(rotation_l1_means(rotations[None])[0])
-
-
 def rotation_l1_means(rotations: Floats) -> Floats:
-    """Return `rotation_l1_mean` of stacks of rotations (G, n, 3, 3)."""
+    """Return the geodesic L1 means of stacks of rotations (G, n, 3, 3) after 10 Weiszfeld steps.
+
+    The start is their element-wise median, projected on SO(3) (Lee and Civera, "Robust Single
+    Rotation Averaging", arXiv 2004.00732).
+    """
     return geodesic_l1_means(rotations, project_to_rotation(median(rotations, axis=1)))
 
 
-def rotation_l2_mean(rotations: Floats) -> Floats:
-    """Return the rotation that minimises the sum of squared angles to the given ones.
+def rotation_l2_means(rotations: Floats) -> Floats:
+    """Return the rotations with the smallest sums of squared angles to stacks (G, n, 3, 3).
 
     The chordal mean moves by the average of the log maps until the step vanishes (Hartley et al.,
-    "Rotation Averaging", IJCV 2013, section 5). The minimum is unique where all rotations lie
-    within 90 degrees of a common one; otherwise it is the one that the chordal mean leads to.
+    "Rotation Averaging", IJCV 2013, section 5).
     """
-    return np.asarray(rotation_l2_means(rotations[None])[0])
-
-
-def rotation_l2_means(rotations: Floats) -> Floats:
-    """Return `rotation_l2_mean` of stacks of rotations (G, n, 3, 3)."""
     means, moving = project_to_rotation(rotations.sum(axis=1)), np.arange(len(rotations))
     for _ in range(L2_STEPS):
         stacks = rotations if len(moving) == len(rotations) else rotations[moving]

@@ -37,15 +37,15 @@ def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
     Raises
     ------
     ValueError
-        Where the input is malformed or not finite, or the median distance of the ground truth is 0.
+        If the input is malformed or not finite, or the median distance of the ground truth is 0.
 
     Notes
     -----
     The geometric medians are what 10 steps give, as in the published implementation, from a start
-    that depends on the axes of the world. So an exact estimate whose world is turned has a DTE of
+    that depends on the axes of the frame. So an exact estimate whose frame is turned has a DTE of
     about 1e-6 with 100 cameras and up to 0.04 with 5, not 0.
 
-    Where the median distance of the estimate is 0 the estimate takes its limit, scaled without
+    If the median distance of the estimate is 0 the estimate takes its limit, scaled without
     bound: cameras at the geometric median stay there, the errors of all others are cut.
 
     References
@@ -68,8 +68,8 @@ def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
     est_rotations, est_positions = check_poses(est_poses, "est_poses", complete=True)
     check_same_length(gt_rotations, est_rotations, "gt_poses", "est_poses")
 
-    worlds = gt_positions, gt_rotations, est_positions, est_rotations
-    return float(dte_of_stacks(*(world[None] for world in worlds), k=k)[0])
+    frames = gt_positions, gt_rotations, est_positions, est_rotations
+    return float(dte_of_stacks(*(frame[None] for frame in frames), k=k)[0])
 
 
 def dte_of_stacks(
@@ -115,7 +115,7 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
     Raises
     ------
     ValueError
-        Where the input is malformed or not finite, or a matrix is no rotation.
+        If the input is malformed or not finite, or a matrix is no rotation.
 
     References
     ----------

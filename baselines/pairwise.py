@@ -47,7 +47,7 @@ def maa(
     fold_sign : bool
         Take opposite directions for equal, as the original benchmark does.
     pooled : bool
-        Count both angles of every pair, each by itself, instead of the larger one of a pair.
+        Count both angles of every pair instead of the larger one.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def maa(
     Raises
     ------
     ValueError
-        Where the input is malformed, there are fewer than 2 cameras, or the thresholds are more
+        If the input is malformed, there are fewer than 2 cameras, or the thresholds are more
         than 180 or less than 0.001 degrees.
 
     Notes

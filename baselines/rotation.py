@@ -32,7 +32,7 @@ def rotation_statistics(
     Raises
     ------
     ValueError
-        Where the input is malformed or not finite, or a matrix is no rotation.
+        If the input is malformed or not finite, or a matrix is no rotation.
 
     References
     ----------
@@ -68,7 +68,7 @@ def statistics_of_stacks(gt: Floats, est: Floats) -> dict[str, Floats]:
 def checked(
     gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation
 ) -> tuple[Floats, Floats]:
-    """Return the rotations of both worlds as arrays; refuse malformed and missing ones."""
+    """Return the checked rotations of ground truth and estimate as arrays."""
     gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
     est = check_rotations(est_rotations, "est_rotations", complete=True)
     check_same_length(gt, est, "gt_rotations", "est_rotations")

@@ -58,8 +58,9 @@ numpydoc_validation_exclude = {
     r"\.evo\.[A-Z]+\.",  # methods of evo
     r"\.Registration$",  # a signature
     r"(NoValueError|Warning)$",
-    # Properties, which one line describes; methods are checked.
+    # Properties and short methods, which one line describes; the class has examples.
     r"\.(Comparison|Evaluation|Matches|Settings|Trajectory)\.(?!plot|save_|to_|value|verdict|with_)",
+    r"\.(Family|Metric|Similarity)\.(?!fit)",
 }
 
 html_theme = "pydata_sphinx_theme"

@@ -40,7 +40,7 @@ from alignscores.protocols.families import find
 from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_distances, closest_pair_quartile
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
-from baselines.averages import rotation_l1_mean
+from baselines.averages import rotation_l1_means
 from baselines.discernible import dre_of_stacks, dte_of_stacks
 from baselines.pairwise import Count, maa_by_counts
 from baselines.rotation import aligned_angles, statistics_of_stacks
@@ -411,7 +411,9 @@ class Batch:
         errors = []
         for scene in self.scenes:
             gt, est = scene.estimated.gt_rotations, scene.estimated.est_rotations
-            angles = aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
+            angles = aligned_angles(
+                gt, est, rotation_l1_means((gt @ est.transpose(0, 2, 1))[None])[0]
+            )
             n_missing = len(scene.gt_rotations) - len(angles)
             errors.append(np.append(angles, np.full(n_missing, inf)))
         return errors

@@ -19,7 +19,7 @@ class NoValueError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """Camera centres (n, 3) of both worlds; rows that were not estimated are not finite."""
+    """Camera centres (n, 3) of both frames; rows that were not estimated are not finite."""
 
     gt: Floats
     est: Floats
@@ -40,7 +40,7 @@ class Positions:
 
 @dataclass(frozen=True, eq=False)
 class Cameras:
-    """Camera-to-world poses of both worlds; rows that were not estimated are not finite."""
+    """Camera-to-world poses of both frames; rows that were not estimated are not finite."""
 
     gt_rotations: Floats
     gt: Floats
@@ -58,7 +58,7 @@ class Cameras:
 
     @classmethod
     def of(cls, gt_rotations: Floats, gt: Floats, est_rotations: Floats, est: Floats) -> "Cameras":
-        """Take rotations (n, 3, 3) and positions (n, 3) that need no check."""
+        """Return cameras of rotations (n, 3, 3) and positions (n, 3) that need no check."""
         estimated = finite_rows(est_rotations) & finite_rows(est)
         return cls(gt_rotations, moderate(gt), est_rotations, moderate(est), estimated)
 
@@ -78,12 +78,12 @@ class Cameras:
 
 
 def check_choice(value: str, choices: Iterable[str], name: str) -> None:
-    """Refuse an option that is none of some words."""
+    """Check that an option is one of some words."""
     *words, last = choices
     if value not in (*words, last):
         raise ValueError(f"{name} must be {', '.join(words)} or {last}, not {value!r}")
 
 
 def moderate(positions: Floats) -> Floats:
-    """Cut coordinates whose squares would overflow."""
+    """Clip coordinates whose squares would overflow."""
     return np.clip(positions, -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE)

@@ -31,7 +31,7 @@ def colmap_relative_auc(
     Parameters
     ----------
     gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses, row i of both the same camera; the estimate in any world. All pairs
+        Camera-to-world poses, row i of both the same camera; the estimate in any frame. All pairs
         of an estimate that is not finite have an error of 180 degrees.
     max_error_deg : float
         Upper end t of the area; the benchmark has 0.5, 1, 5, 10.
@@ -43,11 +43,6 @@ def colmap_relative_auc(
     -------
     float
         Percent.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
 
     Notes
     -----

@@ -29,7 +29,7 @@ REMOVED = {  # regular expressions of names, and the programs that have the metr
     r"(score|recall@.*):lamaria": "the evaluation of cvg/lamaria",
     r"auc@.*:vggt-old": "the older evaluation/test_co3d.py of facebookresearch/vggt",
     r"rpe@.*:(estimate|reference)(:.*)?": "all for estimate, and all-reference for reference",
-    r"auc@.*:vggt-min": "rra@K:vggt and rta@K:vggt, of which it takes the smaller one at each K",
+    r"auc@.*:vggt-min": "rra@K:vggt and rta@K:vggt, the smaller one at each K",
 }
 UNITS = {"mm": 1000, "cm": 100, "m": 1}  # in a metre, which is a unit of the ground truth
 LENGTHS = {"distance", "length", "max_error"}  # arguments in units of the ground truth
@@ -44,34 +44,25 @@ class Family:
 
     Parameters
     ----------
-    syntax : str
-        The names, as a list of them shows it.
-    example : str
-        One of them.
-    description : str
-        What the value is, in a line.
+    syntax, example, description : str
+        The names as a list shows them, one of them, and what the value is.
     function : callable
-        Of poses, or of positions where no rotations are needed, and of what the name sets.
+        Of poses, or positions if no rotations are needed, and of the arguments that the name sets.
     head : str
-        Regular expression of what stands before the first colon. Its groups set the arguments.
+        Regular expression of the name up to the first colon; its groups set arguments.
     missing : {"fail", "left out", "refused"}
         What happens to cameras without an estimate.
     origin : str
-        A word that the names have to have, if any.
+        A word that the names must have, if any.
     required, optional : mapping of str to mapping
-        Arguments that one of the words has to set, or may set, each with its words and their
-        values; of optional ones the first word is what holds without.
+        Words and the values that they give to an argument; the first optional one is the default.
     unit : str
         "%", "deg", "deg/unit", "units" (of the ground truth; "estimated units") or none.
-    larger_is_better : bool
-        Whether it is a score; an error otherwise.
-    rotations, ordered, random : bool
-        Whether it needs the rotations of the cameras, or the order of time; whether the value
-        depends on the seed.
-    metres : bool
-        Whether it has lengths in metres that no name sets.
+    larger_is_better, rotations, ordered, random, metres : bool
+        Whether it is a score, needs rotations, needs the order of time, depends on the seed, has
+        lengths in metres that no name sets.
     aliases : tuple of str
-        Old names of `example`, in lower case.
+        Deprecated names of `example`, in lower case.
 
     Examples
     --------
@@ -99,25 +90,7 @@ class Family:
     aliases: tuple[str, ...] = ()
 
     def arguments(self, name: str) -> dict[str, Any] | None:
-        """Return what a name sets.
-
-        Parameters
-        ----------
-        name : str
-            As users write it, in lower case.
-
-        Returns
-        -------
-        dict or None
-            Arguments of the family's function; None where it is no name of the family.
-
-        Examples
-        --------
-        >>> from alignscores.protocols import protocol
-        >>> family = protocol("rpe@1m").family
-        >>> family.arguments("rpe@2m:mean")["distance"], family.arguments("ate")
-        (2.0, None)
-        """
+        """Return the arguments that a name, in lower case, sets; None if it is another family's."""
         head, *words = name.split(":")
         match = re.fullmatch(self.head, head)
         if match is None or (self.origin and self.origin not in words):
@@ -147,11 +120,11 @@ class Metric:
     name : str
         Its name; of a protocol in lower case.
     family : Family
-        What is known about it: unit, direction, what it needs, what missing cameras do.
+        Unit, direction, needed input, and what happens to missing cameras.
     arguments : mapping of str to object
-        What the name says, as arguments of the family's function.
+        Arguments of the family's function that the name sets.
     alias : str
-        The old name that it was looked up by; empty where it was not.
+        The deprecated name that it was looked up by, otherwise empty.
 
     Examples
     --------
@@ -168,38 +141,17 @@ class Metric:
 
     @property
     def metres(self) -> bool:
-        """Whether it has thresholds or lengths in metres; a unit of the truth is taken for one.
-
-        Examples
-        --------
-        >>> from alignscores.protocols import protocol
-        >>> protocol("rpe@1m").metres, protocol("rpe@1f").metres
-        (True, False)
-        """
+        """Whether it has thresholds or lengths in metres; a unit of the reference counts as one."""
         return self.family.metres or not LENGTHS.isdisjoint(self.arguments)
 
     @property
     def timed(self) -> bool:
-        """Whether it needs time stamps.
-
-        Examples
-        --------
-        >>> from alignscores.protocols import protocol
-        >>> protocol("rpe@1s").timed, protocol("rpe@1m").timed
-        (True, False)
-        """
+        """Whether it needs time stamps."""
         return "seconds" in self.arguments
 
     @property
     def worst(self) -> float:
-        """The value of an estimate that failed: 0 of a score, else infinite.
-
-        Examples
-        --------
-        >>> from alignscores.protocols import protocol
-        >>> protocol("auc@30:vggt").worst, protocol("ate:rmse").worst
-        (0.0, inf)
-        """
+        """The value of an estimate that failed: 0 of a score, infinite of an error."""
         return 0.0 if self.family.larger_is_better else math.inf
 
     def __call__(
@@ -233,9 +185,9 @@ class Metric:
         Raises
         ------
         ValueError
-            Where the input is malformed, or rotations are needed and there are none.
+            If the input is malformed, or rotations are needed and there are none.
         NoValueError
-            Where the protocol has no value for these cameras.
+            If the protocol has no value for these cameras.
         """
         arguments = dict(self.arguments)
         if self.family.random:
@@ -307,9 +259,9 @@ def _numbers(match: re.Match[str]) -> dict[str, float]:
     }
 
 
-def _poses(rotations: ArrayLike, positions: ArrayLike, world: str, *, complete: bool) -> Floats:
+def _poses(rotations: ArrayLike, positions: ArrayLike, frame: str, *, complete: bool) -> Floats:
     """Join rotations and positions."""
-    names = f"{world}_rotations", f"{world}_positions"
+    names = f"{frame}_rotations", f"{frame}_positions"
     turned = check_rotations(rotations, names[0], complete=complete)
     placed = check_positions(positions, names[1], complete=complete)
     check_same_length(turned, placed, *names)

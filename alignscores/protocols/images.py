@@ -34,20 +34,15 @@ def hloc_recall(
     max_error_deg : float
         Angle in degrees.
     alignment : {"none", "sim3"}
-        hloc aligns nothing: the estimate is in the world of the ground truth. "sim3" moves it by
+        hloc aligns nothing: the estimate is in the frame of the ground truth. "sim3" moves it by
         the least-squares similarity first, which is no part of hloc.
 
     Returns
     -------
     float
         Percent, of all images.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
     NoValueError
-        Where there is no least-squares similarity; see `evo_ate`.
+        If there is no least-squares similarity; see `evo_ate`.
 
     References
     ----------

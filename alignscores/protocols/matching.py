@@ -41,13 +41,8 @@ def pair_auc(
     -------
     (len(thresholds),) ndarray
         Percent.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
     NoValueError
-        Where there is no pair.
+        If there is no pair.
 
     Notes
     -----
@@ -104,11 +99,6 @@ def pair_pose_errors(gt_poses: ArrayLike, est_poses: ArrayLike) -> Floats:
     -------
     (n,) ndarray
         Degrees; infinite where there is no pose, or no direction.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
 
     Examples
     --------

@@ -255,7 +255,7 @@ def protocol(name: str) -> Metric:
     Raises
     ------
     ValueError
-        Where there is none of that name; the message lists those that are close to it.
+        If there is none of that name; the message lists those that are close to it.
 
     Examples
     --------

@@ -102,7 +102,7 @@ def vggt_auc(
     ----------
     gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
         Camera-to-world poses of at least 2 cameras, row i of both the same one; the estimate in any
-        world. The programs have no notion of an estimate that is not finite; fed with one, all its
+        frame. The programs have no notion of an estimate that is not finite; fed with one, all its
         pairs fail.
     k : int
         Whole degrees, at most 180.
@@ -116,13 +116,8 @@ def vggt_auc(
     -------
     float
         Percent.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
     NoValueError
-        Where there is no pair.
+        If there is no pair.
 
     Notes
     -----
@@ -174,7 +169,7 @@ def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairB
     """Yield the pairs of estimated cameras; in reversed order for "vggt", seen from the second."""
     check_choice(convention, get_args(Convention), "convention")
     if convention == "da3" and not cameras.estimated[0]:
-        return iter(())  # its world is that of camera 0
+        return iter(())  # its frame is that of camera 0
     cameras = cameras.matched()
     if len(cameras) < 2:
         return iter(())

@@ -45,13 +45,8 @@ def kitti_relative_error(
     -------
     float
         Percent, or degrees per metre.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
     NoValueError
-        Where a frame has no estimate, or the path is not longer than 100 m: the program crashes,
+        If a frame has no estimate, or the path is not longer than 100 m: the program crashes,
         or writes nothing.
 
     Notes
@@ -78,31 +73,22 @@ def kitti_relative_error(
     1.0064
     """
     check_choice(error, ("translation", "rotation"), "error")
-    segments = kitti_segments(Cameras.check(gt_poses, est_poses))
-    _, rotations, translations, _ = segments.T
-    return float(100 * translations.mean() if error == "translation" else rotations.mean())
-
-
-def kitti_segments(cameras: Cameras) -> Floats:
-    """Return start, degrees a metre, share of the length, and length, of each segment."""
+    cameras = Cameras.check(gt_poses, est_poses)
     if not cameras.estimated.all():
         row = int(np.argmin(cameras.estimated))
         raise NoValueError(f"the KITTI errors need all poses, but frame {row} has no estimate")
     path = path_lengths(cameras.gt)
     starts = np.arange(0, len(path), KITTI_STEP)
-    rows = []
+    errors = []
     for length in KITTI_LENGTHS:
         ends = np.searchsorted(path, path[starts] + length, side="right")
-        found = ends < len(path)
-        first, second = starts[found], ends[found]
-        distances, angles = _errors(cameras, first, second)
-        lengths = np.full(len(first), float(length))
-        rows.append(np.column_stack([first, angles / length, distances / length, lengths]))
-    segments = np.concatenate(rows)
+        within = ends < len(path)
+        distances, angles = _errors(cameras, starts[within], ends[within])
+        errors.append(100 * distances / length if error == "translation" else angles / length)
+    segments = np.concatenate(errors)
     if len(segments) == 0:
         raise NoValueError(f"the KITTI errors need a path longer than {KITTI_LENGTHS[0]} m")
-    # By start, then length, as the program does.
-    return segments[np.lexsort((segments[:, 3], segments[:, 0]))]
+    return float(segments.mean())
 
 
 def rpg_relative_error(
@@ -140,13 +126,8 @@ def rpg_relative_error(
     -------
     float
         In ground-truth units, percent, degrees or degrees a unit.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
     NoValueError
-        Where fewer than two frames have one at that distance (the program's statistics are 0
+        If fewer than two frames have one at that distance (the program's statistics are 0
         there), or the estimated centres coincide.
 
     References
@@ -168,8 +149,23 @@ def rpg_relative_error(
     1.0
     """
     check_positive(length, "length")
+    check_choice(alignment, ("sim3", "se3"), "alignment")
     cameras = Cameras.check(gt_poses, est_poses).matched()
-    distances, angles = rpg_errors(cameras, length, alignment)
+    if len(cameras) == 0:
+        raise NoValueError("no camera was estimated")
+    if alignment == "sim3":
+        try:
+            scale = Similarity.fit(cameras.gt, cameras.est).scale
+        except ValueError:
+            raise NoValueError("the estimate has no scale: its centres coincide") from None
+        cameras = replace(cameras, est=cameras.est / scale)
+    path = path_lengths(cameras.gt)
+    starts = np.arange(len(path))
+    ends = nearest_after(path, starts, starts, length)
+    ends = ends[np.abs(path[ends] - (path + length)) < RPG_TOLERANCE * length]
+    if len(ends) < 2:
+        raise NoValueError(f"fewer than two frames have one {length:g} further along the path")
+    distances, angles = _errors(cameras, starts[: len(ends)], ends)
     errors = {
         "translation": distances,
         "percent": 100 * distances / length,
@@ -178,27 +174,6 @@ def rpg_relative_error(
     }
     check_choice(error, errors, "error")
     return statistic_of(errors[error], statistic)
-
-
-def rpg_errors(cameras: Cameras, length: float, alignment: str) -> tuple[Floats, Floats]:
-    """Return lengths of translations and angles of rotations over a path length."""
-    check_choice(alignment, ("sim3", "se3"), "alignment")
-    if len(cameras) == 0:
-        raise NoValueError("no camera was estimated")
-    scale = 1.0
-    if alignment == "sim3":
-        try:
-            scale = 1 / Similarity.fit(cameras.gt, cameras.est).scale
-        except ValueError:
-            raise NoValueError("the estimate has no scale: its centres coincide") from None
-    path = path_lengths(cameras.gt)
-    starts = np.arange(len(path))
-    ends = nearest_after(path, starts, starts, length)
-    ends = ends[np.abs(path[ends] - (path + length)) < RPG_TOLERANCE * length]
-    if len(ends) < 2:
-        raise NoValueError(f"fewer than two frames have one {length:g} further along the path")
-    scaled = replace(cameras, est=scale * cameras.est)
-    return _errors(scaled, starts[: len(ends)], ends)
 
 
 def _errors(cameras: Cameras, first: Indices, second: Indices) -> tuple[Floats, Floats]:

@@ -69,13 +69,8 @@ def evo_ate(
     -------
     float
         In ground-truth units; "sse" in their square.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
     NoValueError
-        Where evo refuses to align: fewer than two singular values of the covariance of the centres
+        If evo does not align: fewer than two singular values of the covariance of the centres
         exceed 2.2e-16, as for collinear or coinciding cameras, and for two; or nothing was
         estimated.
 
@@ -159,15 +154,10 @@ def mapanything_ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     Returns
     -------
     float
-        The mean, in *estimated* units. There is no scale: MapAnything normalises both worlds by
+        The mean, in *estimated* units. There is no scale: MapAnything normalises both frames by
         point maps before.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
     NoValueError
-        Where nothing was estimated.
+        If nothing was estimated.
 
     References
     ----------
@@ -236,13 +226,8 @@ def evo_rpe(
     -------
     float
         In ground-truth units, or degrees.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
     NoValueError
-        Where no pair has that distance, or evo refuses to align.
+        If no pair has that distance, or evo does not align.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""Errors of cameras that were to be followed by a generated video: RotErr, TransErr and CamMC."""
+"""Errors of the cameras that a generated video should follow: RotErr, TransErr and CamMC."""
 
 from typing import Literal, get_args
 
@@ -31,24 +31,20 @@ def video_error(
         RotErr, the angles in *radians*; TransErr, the distances; CamMC, the Frobenius norms of the
         differences of the 3 x 4 matrices.
     scale : {"cami2v", "cami2v-abs", "cameractrl"}
-        "cami2v" divides the positions of each world by the largest distance from its first camera;
-        "cami2v-abs" both by that of the truth; "cameractrl", the formula of the paper, by nothing.
+        "cami2v" divides positions by the largest distance from the first camera, estimate and truth
+        each by its own; "cami2v-abs" both by that of the truth; "cameractrl", the paper's formula,
+        by nothing.
 
     Returns
     -------
     float
         The sum; it grows with the number of frames.
-
-    Raises
-    ------
-    ValueError
-        Where the input is malformed.
     NoValueError
-        Where a frame has no estimate.
+        If a frame has no estimate.
 
     Notes
     -----
-    The two worlds are one by their first cameras alone: an error of the first frame is one of all.
+    The first cameras alone align the estimate: an error of the first frame is one of all frames.
     For "cami2v-abs" CamI2V takes the scale of the estimate from depth maps, which files of poses
     do not hold.
 
@@ -75,22 +71,24 @@ def video_error(
     check_choice(scale, get_args(Scale), "scale")
     cameras = Cameras.check(gt_poses, est_poses)
     if not cameras.estimated.all():
-        first_lost = int(np.argmin(cameras.estimated))
-        raise NoValueError(f"it takes all frames, and frame {first_lost} has no estimate")
-    worlds = []
+        frame = int(np.argmin(cameras.estimated))
+        raise NoValueError(f"all frames are needed, but frame {frame} has no estimate")
+    seen = []
     for rotations, positions in (
         (cameras.gt_rotations, cameras.gt),
         (cameras.est_rotations, cameras.est),
     ):
         first = rotations[0].T
-        worlds.append((first @ rotations, (positions - positions[0]) @ first.T))
-    (gt_turns, gt), (est_turns, est) = worlds
+        seen.append((first @ rotations, (positions - positions[0]) @ first.T))
+    (gt_rotations, gt), (est_rotations, est) = seen
     if error == "rotation":
-        return float(np.radians(rotation_angles(gt_turns.transpose(0, 2, 1) @ est_turns)).sum())
+        return float(
+            np.radians(rotation_angles(gt_rotations.transpose(0, 2, 1) @ est_rotations)).sum()
+        )
     if scale != "cameractrl":
         gt_size, est_size = (np.linalg.norm(of, axis=1).max() + ADDED for of in (gt, est))
         gt, est = gt / gt_size, est / (est_size if scale == "cami2v" else gt_size)
     squares = ((est - gt) ** 2).sum(axis=1)
     if error == "pose":
-        squares = squares + ((est_turns - gt_turns) ** 2).sum(axis=(1, 2))
+        squares = squares + ((est_rotations - gt_rotations) ** 2).sum(axis=(1, 2))
     return float(np.sqrt(squares).sum())

@@ -20,7 +20,7 @@ __all__ = ["REGISTRATIONS", "Registration", "pcr99", "refined"]
 class Registration(Protocol):
     """What `tas` calls to align the estimate: any function of this signature.
 
-    It is given the cameras that were estimated, each world centred on its median and scaled by its
+    It is given the cameras that were estimated, each frame centred on its median and scaled by its
     spread, and settings of which it uses those that it needs. It returns the alignment, from ground
     truth to estimate (None where there is none), and the number of hypotheses it was chosen from.
     """

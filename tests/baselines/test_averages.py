@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from alignscores.arrays import Floats
 from alignscores.averaging import chordal_mean, geodesic_l1_mean, rotation_angles
-from baselines.averages import geometric_median, rotation_l1_mean, rotation_l2_mean
+from baselines.averages import geometric_medians, rotation_l1_means, rotation_l2_means
 
 
 def sum_of_distances(points: Floats, centre: Floats) -> float:
@@ -26,7 +26,7 @@ def test_geometric_median_equals_reference(reference_cases: dict[str, Any]) -> N
     for case in reference_cases.values():
         for cloud in ("gt", "est"):
             points = case[f"{cloud}_xyz"]
-            median = geometric_median(points)
+            median = geometric_medians(points[None])[0]
             np.testing.assert_allclose(median, case[f"geomed_{cloud}"], rtol=0, atol=1e-12 * 100)
             distance = np.median(np.linalg.norm(points - median, axis=1))
             assert distance == pytest.approx(float(case[f"geomed_{cloud}_median_dist"]), rel=1e-9)
@@ -38,7 +38,7 @@ def test_geometric_median_minimises(seed: int, n: int, copies: int) -> None:
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(n, 3))
     points = np.vstack([points, np.repeat(points[:1], copies, axis=0)])
-    median = geometric_median(points, max_steps=3000)
+    median = geometric_medians(points[None], max_steps=3000)[0]
     least = sum_of_distances(points, median)
     for other in (*points, *(median + 10.0 ** -rng.integers(1, 5, (20, 1)) * points[0])):
         assert least <= sum_of_distances(points, other) * (1 + 1e-6)
@@ -54,7 +54,7 @@ def test_l1_mean_equals_reference(reference_cases: dict[str, Any]) -> None:
         if case.meta["dte_jitter_in_l1"]:
             continue
         gt, est = case["gt_R"], case["est_R"]
-        mean = rotation_l1_mean(gt @ est.transpose(0, 2, 1))
+        mean = rotation_l1_means((gt @ est.transpose(0, 2, 1))[None])[0]
         np.testing.assert_allclose(mean, case["l1_R"], rtol=0, atol=1e-12)
         errors = rotation_angles((mean @ est).transpose(0, 2, 1) @ gt)
         np.testing.assert_allclose(errors, case["l1_err_deg"], rtol=0, atol=1e-9)
@@ -66,7 +66,7 @@ def test_l1_mean_of_exact_rotations(reference_cases: dict[str, Any]) -> None:
     """Where the published code jitters we are right instead: the inliers have no error."""
     for name, inliers in (("case_41", 90), ("case_63", 100)):
         case = reference_cases[name]
-        mean = rotation_l1_mean(case["est_R"] @ case["gt_R"].transpose(0, 2, 1))
+        mean = rotation_l1_means((case["est_R"] @ case["gt_R"].transpose(0, 2, 1))[None])[0]
         np.testing.assert_allclose(mean, case["true_R"], rtol=0, atol=1e-12)
         errors = angles_to(case["est_R"] @ case["gt_R"].transpose(0, 2, 1), mean)
         assert errors[:inliers].max() < 1e-10
@@ -79,7 +79,7 @@ def test_l1_mean_rests_on_a_majority(majority: int, outliers: int) -> None:
     rotations = np.tile(np.eye(3), (majority + outliers, 1, 1))
     if outliers:
         rotations[:outliers] = Rotation.random(outliers, rng=rng).as_matrix()
-    np.testing.assert_array_equal(rotation_l1_mean(rotations), np.eye(3))
+    np.testing.assert_array_equal(rotation_l1_means(rotations[None])[0], np.eye(3))
     np.testing.assert_array_equal(geodesic_l1_mean(rotations, np.eye(3)), np.eye(3))
 
 
@@ -90,7 +90,7 @@ def test_l1_mean_minimises(seed: int, n: int) -> None:
     rotations = Rotation.from_rotvec(rng.normal(0, 10, (n, 3)), degrees=True).as_matrix()
     mean = geodesic_l1_mean(rotations, np.eye(3), max_steps=1000, tolerance=1e-12)
     least = angles_to(rotations, mean).sum()
-    assert angles_to(rotations, rotation_l1_mean(rotations)).sum() <= 1.02 * least
+    assert angles_to(rotations, rotation_l1_means(rotations[None])[0]).sum() <= 1.02 * least
     assert angles_to(rotations, chordal_mean(rotations)).sum() >= least * (1 - 1e-6)
 
 
@@ -102,7 +102,7 @@ def test_l2_mean_is_stationary(seed: int, n: int, outliers: int) -> None:
     outliers = min(outliers, n // 2)
     if outliers:
         rotations[:outliers] = Rotation.random(outliers, rng=rng).as_matrix()
-    mean = rotation_l2_mean(rotations)
+    mean = rotation_l2_means(rotations[None])[0]
     step = Rotation.from_matrix(rotations @ mean.T).as_rotvec().mean(axis=0)
     assert np.linalg.norm(step) < 1e-11
     np.testing.assert_allclose(mean @ mean.T, np.eye(3), atol=1e-13)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from alignscores.arrays import Floats
 from baselines import dre, dte
-from baselines.averages import geometric_median
+from baselines.averages import geometric_medians
 
 Poses = Callable[..., Floats]
 Scene = Callable[..., tuple[Floats, Floats]]
@@ -110,7 +110,7 @@ def test_coincident_estimates(poses: Poses) -> None:
     gt = poses(Rotation.random(9, rng=rng), rng.random((9, 3)))
     est = gt.copy()
     est[:, :, 3] = 0.1
-    centred = gt[:, :, 3] - geometric_median(gt[:, :, 3])
+    centred = gt[:, :, 3] - geometric_medians(gt[None, :, :, 3])[0]
     distances = np.linalg.norm(centred, axis=1)
     ratios = np.minimum(distances / (5 * np.median(distances)), 1)
     assert dte(gt, est) == pytest.approx((ratios.mean() + np.sqrt((ratios**2).mean())) / 2)

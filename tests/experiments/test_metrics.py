@@ -13,7 +13,7 @@ from alignscores.metrics import named
 from alignscores.protocols import protocol
 from alignscores.registration import pcr99
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
-from baselines.averages import rotation_l1_mean
+from baselines.averages import rotation_l1_means
 from baselines.rotation import aligned_angles
 from experiments.command import ConfigError
 from experiments.config import Sweep, to_overrides
@@ -193,7 +193,8 @@ def test_d_between_two_distances(scene: Scene) -> None:
 
 def test_the_ras_of_the_l1_average(scene: Scene) -> None:
     gt, est = scene.gt_rotations, scene.est_rotations
-    errors = aligned_angles(gt, est, rotation_l1_mean(gt @ est.transpose(0, 2, 1)))
+    (mean,) = rotation_l1_means((gt @ est.transpose(0, 2, 1))[None])
+    errors = aligned_angles(gt, est, mean)
     assert value(scene, "RAS(averaging=l1)") == pytest.approx(staircase(errors, 10, 100))
 
 
