@@ -169,6 +169,15 @@ def test_any_axis_may_be_vertical(up):
     assert ras_profile(gt_rotations, est_rotations, **options).half < 2
 
 
+def test_yaw_of_rotations_ignores_outliers():
+    """It is the median yaw of the larger group, though two fifths have another one in common."""
+    yaws = np.radians(np.r_[40 + np.linspace(-8, 8, 25), 40 + np.linspace(50, 60, 16)])
+    gt = Rotation.random(41, rng=np.random.default_rng(8))
+    result = ras(gt, Rotation.from_euler("z", yaws[:, None]) * gt, alignment="yaw")
+    found = Rotation.from_matrix(result.alignment).as_euler("zyx", degrees=True)
+    np.testing.assert_allclose(found, [40, 0, 0], atol=0.2)
+
+
 def test_a_user_supplied_registration_keeps_to_the_alignment():
     gt = np.random.default_rng(13).random((30, 3))
 
