@@ -24,10 +24,10 @@ SCENES_AT_ONCE = 16  # that are aligned in one call
 
 
 class Aligner:
-    """Aligns checked positions of scenes, one behind the other, at one or several thresholds.
+    """Aligns checked positions of concatenated scenes at one or several thresholds.
 
     Scene s has the rows from ``starts[s]`` to ``starts[s + 1]``; the other arguments are those of
-    `tas`. With `keep` the refined registration draws its hypotheses once, and what it finds at one
+    `tas`. With `keep` the refined registration draws its hypotheses once, and the alignment of one
     threshold is a start at the next.
     """
 
@@ -57,7 +57,7 @@ class Aligner:
             up=up,
             user=None if is_native else self._by_function,
         )
-        self._error: BaseException | None = None  # of a user's registration
+        self._error: BaseException | None = None  # of a user-supplied registration
         self._kept = np.zeros(len(starts) - 1, dtype=np.uintp) if keep else None
         if self._kept is not None:
             weakref.finalize(self, kernel.close_scenes, self._kept)
@@ -114,7 +114,7 @@ class Aligner:
     def _by_function(
         self, n: int, gt: Any, est: Any, rank: int, threshold: float, row: Any, n_used: Any
     ) -> int:
-        """Register one scene by a user's function, for the kernel; keep what it raises."""
+        """Register one scene by a user-supplied function; store the exception that it raises."""
         try:
             positions = (np.ctypeslib.as_array(points, (3, n)).T.copy() for points in (gt, est))
             registered: Any = self._register(
@@ -125,11 +125,11 @@ class Aligner:
                 rng=np.random.default_rng(self._rng),
                 alignment=self._alignment,
             )
-            found, n_used[0] = _checked(registered, self._alignment)
-            if found is None:
+            similarity, n_used[0] = _checked(registered, self._alignment)
+            if similarity is None:
                 return 0
-            parts = np.ravel(found.scale), np.ravel(found.rotation), np.ravel(found.translation)
-            np.ctypeslib.as_array(row, (13,))[:] = np.concatenate(parts)
+            numbers = similarity.scale, *similarity.rotation.flat, *similarity.translation
+            np.ctypeslib.as_array(row, (13,))[:] = numbers
         except BaseException as error:
             self._error = error
             return -1
@@ -137,7 +137,7 @@ class Aligner:
 
 
 def _registration(registration: str | Registration) -> tuple[Registration, str]:
-    """Return a registration with its name."""
+    """Return a registration and its name."""
     if isinstance(registration, str) and registration in REGISTRATIONS:
         return REGISTRATIONS[registration], registration
     if isinstance(registration, str) or not callable(registration):
@@ -149,23 +149,23 @@ def _registration(registration: str | Registration) -> tuple[Registration, str]:
 
 
 def _checked(registered: Any, alignment: str) -> tuple[Similarity | None, int]:
-    """Return what a user's registration returned; TypeError where it is not what it should be."""
+    """Return the result of a user-supplied registration, or raise TypeError."""
     match registered:
-        case (None | Similarity() as found, int() | np.integer() as n_used):
+        case (None | Similarity() as similarity, int() | np.integer() as n_used):
             pass
         case _:
             raise TypeError(
                 "registration must return a Similarity or None and the number of hypotheses, "
                 f"not {registered!r}"
             )
-    if found is not None and alignment != "similarity":
-        turned = alignment == "yaw" and abs(found.rotation[2, 2] - 1) > ROUNDING
-        if turned or abs(found.scale - 1) > ROUNDING:
+    if similarity is not None and alignment != "similarity":
+        turned = alignment == "yaw" and abs(similarity.rotation[2, 2] - 1) > ROUNDING
+        if turned or abs(similarity.scale - 1) > ROUNDING:
             raise TypeError(
-                f"registration must return a {alignment} alignment, as its argument "
-                f"`alignment` says, not one of scale {found.scale:g} and rotation {found.rotation}"
+                f"registration must return a {alignment} alignment, as its argument `alignment` "
+                f"says, not one of scale {similarity.scale:g} and rotation {similarity.rotation}"
             )
-    return found, int(n_used)
+    return similarity, int(n_used)
 
 
 def one_scene(gt_positions: ArrayLike, est_positions: ArrayLike) -> tuple[Floats, Floats, Indices]:

@@ -36,7 +36,6 @@ __all__ = [
     "TASBatch",
     "pas_batch",
     "ras_batch",
-    "scenes_of_poses",
     "tas_batch",
 ]
 
@@ -158,9 +157,9 @@ class RASBatch(_Batch):
         scene, errors, thresholds = self._scene(scene)
         if len(errors) == 0:
             raise ValueError("gt_rotations has no cameras")
-        alignment = self.alignment[scene]
-        found = None if np.isnan(alignment).all() else alignment
-        return RASResult(errors=errors, thresholds=thresholds, alignment=found)
+        rotation = self.alignment[scene]
+        alignment = None if np.isnan(rotation).all() else rotation
+        return RASResult(errors=errors, thresholds=thresholds, alignment=alignment)
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,7 +272,8 @@ def pas_batch(
     (array([0.8, 1. ]), np.int64(200))
     """
     weight = check_weight(weight)
-    (gt_rotations, gt), (est_rotations, est), starts = scenes_of_poses(gt_poses, est_poses)
+    truth, estimate, starts = _scenes(gt_poses, est_poses, "poses", check_poses)
+    (gt_rotations, gt), (est_rotations, est) = truth, estimate
     positions = _tas_batch(
         gt,
         est,
@@ -474,27 +474,22 @@ def _ras_batch(
     check_alignment(alignment, up)
     steps = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
     thresholds = np.tile(steps, (len(starts) - 1, 1))
-    found, errors = align_rotations(gt, est, starts, alignment, up)
-    lost = np.isnan(found).all(axis=(1, 2)) & (sizes(starts) > 0)
-    _warn(lost, "RAS is 0", "no camera was estimated")
+    rotations, errors = align_rotations(gt, est, starts, alignment, up)
+    failed = np.isnan(rotations).all(axis=(1, 2)) & (sizes(starts) > 0)
+    _warn(failed, "RAS is 0", "no camera was estimated")
     return RASBatch(
         score=_scores(errors, thresholds, starts),
         **_counts(finite_rows(est), starts),
         errors=errors,
         thresholds=thresholds,
         starts=starts,
-        alignment=found,
+        alignment=rotations,
         angles=_half_units(errors, starts) if angles else None,
     )
 
 
-def scenes_of_poses(gt_poses: Any, est_poses: Any) -> tuple[Any, Any, Indices]:
-    """Return rotations and positions of ground truth and estimate, and where each scene starts."""
-    return _scenes(gt_poses, est_poses, "poses", check_poses)
-
-
 def _scenes(gt: Any, est: Any, kind: str, check: Callable[..., Any]) -> tuple[Any, Any, Indices]:
-    """Return what a check returns of the cameras of all scenes, and where each scene starts."""
+    """Return the checked cameras of all scenes, and where each scene starts."""
     names = f"gt_{kind}", f"est_{kind}"
     truth, counts = _checked(gt, names[0], check)
     estimate, est_counts = _checked(est, names[1], check)
@@ -522,7 +517,7 @@ def _scenes(gt: Any, est: Any, kind: str, check: Callable[..., Any]) -> tuple[An
 def _checked(
     scenes: Any, name: str, check: Callable[..., Any]
 ) -> tuple[Sequence[Floats], list[int]]:
-    """Check all scenes at once, or, where one is wrong, each, so that the error names it."""
+    """Check all scenes at once; if one is wrong, each, so that the error names it."""
     flat: Any = None
     if isinstance(scenes, (list, tuple)):
         for i, scene in enumerate(scenes):
@@ -556,8 +551,8 @@ def _as_parts(checked: Any) -> Sequence[Floats]:
 
 
 def _counts(estimated: NDArray[np.bool_], starts: Indices) -> dict[str, Indices]:
-    lost = np.append(0, np.cumsum(~estimated))[starts]
-    return {"n_cameras": sizes(starts), "n_lost": sizes(lost)}
+    missing_before = np.append(0, np.cumsum(~estimated))[starts]
+    return {"n_cameras": sizes(starts), "n_lost": sizes(missing_before)}
 
 
 def _scores(errors: Floats, thresholds: Floats, starts: Indices) -> Floats:
@@ -600,11 +595,11 @@ def _distances(gt: Floats, est: Floats, starts: Indices, threads: int, **setting
 
 
 def _warn(scenes: NDArray[np.bool_], what: str, why: str) -> None:
-    """Warn of some of the scenes, on behalf of a caller three calls up."""
+    """Warn of scenes at the line of the user's call, three calls up."""
     if scenes.any():
         first, count = int(np.argmax(scenes)), np.count_nonzero(scenes)
         warnings.warn(
-            f"{what} in {count} of {len(scenes)} scenes, the first of which is [{first}]: {why}",
+            f"{what} in {count} of {len(scenes)} scenes, first in [{first}]: {why}",
             AlignmentWarning,
             stacklevel=4,
         )

@@ -194,14 +194,14 @@ def ras_angle(
 
 
 def too_few(n: int, score: float, alignment: str, n_parts: int = 1) -> str:
-    """Return why n cameras, in parts aligned each, have no distance, or an empty string."""
+    """Return the reason why n cameras in parts have no distance, or an empty string."""
     _check_score(score)
     fitted = FITTED[alignment]
     if score * n > fitted * n_parts:
         return ""
-    least = floor(fitted * n_parts / score) + 1
+    n_needed = floor(fitted * n_parts / score) + 1
     return (
-        f"no distance at a score of {score:g} for {n} cameras: it takes {least}, since any "
+        f"no distance at a score of {score:g} for {n} cameras: {n_needed} are needed, since any "
         f"alignment fits {fitted * n_parts} of them exactly"
     )
 
@@ -232,9 +232,9 @@ def search_unit(
 def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> float:
     """Return the smallest number at which the score of sorted errors is reached, to the last bit.
 
-    As the unit u grows, error e falls below threshold k of K at u = e K / k; so many of these steps
-    make the score. With K thresholds it is at most 1/K above that of infinitely many and never
-    below, so the last step lies between the units of these two.
+    Error e falls below threshold k of K at the unit u = e K / k, and the score counts these steps.
+    It is at most 1/K above the score with infinitely many thresholds, and never below, so the last
+    step lies between the units of these two.
     """
     _check_score(score)
     if sorted_errors[sorted_errors < inf].max(initial=0.0) > FARTHEST_SUMMABLE:
@@ -281,7 +281,7 @@ def _step(
 
 
 def extent(gt: Floats) -> float:
-    """Return about the largest distance between cameras; 0 where they coincide."""
+    """Return roughly the largest distance between cameras; 0 if they coincide."""
     with np.errstate(over="ignore"):
         local = gt - gt.mean(axis=0)
         largest = float(np.abs(local).max())

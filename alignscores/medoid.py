@@ -113,9 +113,9 @@ def _plane(points: Floats, i: int, left: Indices, distances: Floats) -> Floats:
     counts = np.bincount(np.minimum(gaps, N_KNOTS).astype(np.intp), minlength=N_KNOTS + 1)
     losses = np.cumsum(np.cumsum(counts[:-1])) * (TLUD_THRESHOLD / N_KNOTS)
     knots = np.linspace(0, TLUD_THRESHOLD, N_KNOTS + 1)
-    lost = np.interp(truncated[left], knots, np.append(0.0, losses))
-    lost += truncated[distances < flat].sum()  # whose directions are not known
-    bounds: Floats = truncated.sum() + (points[left] - points[i]) @ slope - lost
+    loss = np.interp(truncated[left], knots, np.append(0.0, losses))
+    loss += truncated[distances < flat].sum()  # their directions are not known
+    bounds: Floats = truncated.sum() + (points[left] - points[i]) @ slope - loss
     return np.where(near[left], bounds, 0.0)
 
 
@@ -126,7 +126,7 @@ def _medoid_by_tree(points: Floats) -> int:
     # The chordal distance is sqrt(8) sin(angle / 2); that of quaternions v = 2 sin(angle / 4).
     both_signs = scipy.spatial.KDTree(np.vstack([quaternions, -quaternions]))
     reach = sqrt(2 - 2 * sqrt(1 - TLUD_THRESHOLD**2 / 8))
-    agreement = np.zeros(n)  # by how much each sum of distances is below n thresholds
+    agreement = np.zeros(n)  # n thresholds less each sum of distances
     n_parts = ceil(SPARSE * n * n / NEAR_PAIRS_AT_ONCE)
     for i in range(n_parts):
         part = scipy.spatial.KDTree(quaternions[i::n_parts])

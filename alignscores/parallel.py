@@ -34,7 +34,7 @@ def available_processors() -> int:
 def run_parallel(
     function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], n_jobs: int
 ) -> Generator[tuple[int, Result], None, None]:
-    """Yield index and result of each call as soon as it is there; with one job, in this process.
+    """Yield index and result of each call when it is done; with one job, in this process.
 
     With -1 there are as many processes as processors, and never more than tasks. Raise what a call
     raises, and a `ChildProcessError` if a process cannot be started or is ended.

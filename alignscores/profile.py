@@ -273,25 +273,25 @@ def searched_profile(
     """Return the profile of the alignments found at all units and at the half-score unit."""
     rows: list[Floats] = []
 
-    def kept(unit: float) -> Floats:
+    def recorded(unit: float) -> Floats:
         rows.append(np.sort(errors_at(unit)))
         return rows[-1]
 
-    search_unit(kept, float(units[-1]), 0.5, n_thresholds)
+    search_unit(recorded, float(units[-1]), 0.5, n_thresholds)
     for unit in units.tolist():
-        kept(unit)
+        recorded(unit)
     return ScoreProfile(units, rows, n_thresholds, n_fitted)
 
 
 def extent_units(gt: Floats) -> Floats:
-    """Return the default units of positions; ValueError where they have no extent."""
-    found = extent(gt)
-    if not 0 < found < np.inf:
+    """Return the default units of positions, or raise ValueError if they have no extent."""
+    largest = extent(gt)
+    if not 0 < largest < np.inf:
         raise ValueError(
             "the ground truth has no extent to derive units from: all cameras in gt_positions "
             "coincide, or are too far apart to square their distance; pass units="
         )
-    return found * np.geomspace(SMALLEST_UNIT, 1, N_UNITS)
+    return largest * np.geomspace(SMALLEST_UNIT, 1, N_UNITS)
 
 
 def _checked_units(units: ArrayLike) -> Floats:

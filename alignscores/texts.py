@@ -43,11 +43,7 @@ def _joined(parts: Sequence[str], number: int) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text with escapes in place of what no terminal, table or JSON parser should get.
-
-    The names of files may hold bytes that are not UTF-8, which Python keeps as lone surrogates, and
-    control characters.
-    """
+    """Return a text in which escapes replace control characters and bytes that are not UTF-8."""
     return "".join(letter if letter.isprintable() else _escape(letter) for letter in text)
 
 

@@ -1,4 +1,4 @@
-"""The version of the package; a module of its own, as its other modules tell it."""
+"""The version of the package, in a module that imports nothing."""
 
 __all__ = ["__version__"]
 

@@ -111,7 +111,7 @@ def test_a_scene_without_d_has_no_score(scenes):
     gt[1], est[1] = gt[1][:3], est[1][:3]
     gt[2] = gt[2].copy()
     gt[2][:, :3, 3] = 0
-    with pytest.warns(AlignmentWarning, match=r"undefined in 2 of 5 scenes, the first of .* \[1\]"):
+    with pytest.warns(AlignmentWarning, match=r"undefined in 2 of 5 scenes, first in \[1\]"):
         batch = pas_batch(gt, est)
     assert np.isnan(batch.score).tolist() == [False, True, True, False, False]
     with pytest.raises(ValueError, match="at least 4 ground-truth cameras"):

@@ -235,7 +235,7 @@ def test_four_cameras_have_no_half_distance(score, examples, kitti):
     (result,) = score("kitti", reference, estimate)
     assert result["TAS"] > 0
     assert result["half_distance"] is None
-    assert "no distance at a score of 0.5 for 4 cameras: it takes 5" in result["notes"][0]["text"]
+    assert "no distance at a score of 0.5 for 4 cameras: 5 are needed" in result["notes"][0]["text"]
 
 
 STAMPS = np.arange(20) / 10
