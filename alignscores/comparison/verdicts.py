@@ -12,6 +12,12 @@ __all__ = ["difference_text", "p_text", "verdict"]
 
 def verdict(summary: Summary, by: str) -> list[str]:
     """Return a few sentences about the systems over all."""
+    means = {
+        name: [summary.entries[system, None].mean_of_scored(name) for system in summary.systems]
+        for name in (by, "TAS")
+    }
+    if any(map(math.isfinite, means["TAS"])) and not any(map(math.isfinite, means[by])):
+        return [f"no run has a {by}, which takes rotations; --by TAS compares by positions"]
     pairs, order, names = summary.pairs_by(by), summary.ranked(by), summary.system_names
     pairs.sort(key=lambda pair: sorted(map(order.index, (pair.a, pair.b))))  # the leader's first
     tested = [pair for pair in pairs if pair.tested]

@@ -41,6 +41,8 @@
     one.cameraOf = new Map(Array.from(one.rows, (row, camera) => [row, camera]));
     return one;
   });
+  const withErrors = (kind) => estimates.filter((one) => !one[kind].every(Number.isNaN)); // a file may lack rotations
+  const hasRotations = withErrors("rotation").length > 0;
   const rows = Array.from(new Set(estimates.flatMap((one) => [...one.rows]))).sort((a, b) => a - b);
 
   // State; the keys are those of the address.
@@ -59,7 +61,7 @@
   const SETTING = ["threshold", "degrees", "weight", "missing"];
   const factor = (kind) => (kind === "position" ? state.threshold : state.degrees);
   const largest = (kind) => KINDS[kind].unit * factor(kind);
-  const scoreOf = (kind, one) => score(one.scored[state.missing][kind], KINDS[kind].unit, { maxThreshold: factor(kind) });
+  const scoreOf = (kind, one) => (!withErrors(kind).includes(one) ? NaN : score(one.scored[state.missing][kind], KINDS[kind].unit, { maxThreshold: factor(kind) }));
 
   // The table, of the same columns as the command's: one row an estimate, filled anew.
   const swatch = ({ colour, dash }) => {
@@ -82,7 +84,8 @@
       cells[index].forEach((cell, column) => { cell.textContent = values[column]; });
     });
     const isRun = kept.isDefault(SETTING);
-    text("setting", `Up to ${number(state.threshold)} d and ${number(state.degrees)} degrees, weight ${number(state.weight)}, lost frames `
+    const rotations = hasRotations ? ` and ${number(state.degrees)} degrees, weight ${number(state.weight)}` : "";
+    text("setting", `Up to ${number(state.threshold)} d${rotations}, lost frames `
       + `${state.missing === "fail" ? "score 0" : "are left out"}: ${isRun ? "as in the run" : "not as in the run"}.`);
     at("reset").disabled = isRun;
     showControls();
@@ -101,7 +104,7 @@
     drawScene();
   }
   const errorOf = (one, kind, row) => one[kind][one.cameraOf.get(row)] ?? NaN;
-  const describe = (kind) => (index) => `${nameOf(rows[index])}: ${estimates.map((one) => {
+  const describe = (kind) => (index) => `${nameOf(rows[index])}: ${withErrors(kind).map((one) => {
     const error = errorOf(one, kind, rows[index]);
     return `${one.name} ${Number.isFinite(error) ? `${number(error)} ${KINDS[kind].word}` : "lost"}`;
   }).join(", ")}`;
@@ -123,7 +126,7 @@
         y: { domain: [Math.min(...ends) / 1.5, Math.max(...ends) * 1.5], log: true, label: `${kind} error [${KINDS[kind].word}]` },
       });
       const low = Math.min(...ends) / 1.5;
-      for (const one of estimates) {
+      for (const one of withErrors(kind)) {
         const points = Array.from(one.rows).flatMap((row, camera) => [
           [timeOf(row), Math.max(one[kind][camera], low)], ...(endsAt(one, camera) ? [[NaN, NaN]] : []),
         ]);
@@ -170,7 +173,7 @@
         x: { domain: [0, limit], label: `threshold [${KINDS[kind].word}]` },
         y: { domain: [0, 1], format: (value) => `${number(100 * value)} %`, label: "frames below" },
       });
-      for (const one of estimates) {
+      for (const one of withErrors(kind)) {
         const sorted = one.scored[state.missing][kind].slice().sort();
         const points = [[0, 0]];
         for (let k = 1, below = 0; k <= 100; k++) {
@@ -190,7 +193,7 @@
     const middle = kind === "position" ? run.unit : 10;
     const places = Array.from({ length: 40 }, (_, k) => middle / 30 * 900 ** (k / 39));
     return (host) => {
-      const lines = estimates.map((one) => ({ ...one, values: profile(one.scored[state.missing][kind], places) }));
+      const lines = withErrors(kind).map((one) => ({ ...one, values: profile(one.scored[state.missing][kind], places) }));
       const { name, word } = KINDS[kind];
       curves(host, {
         ...MARGINS, label: `${name} over its largest threshold`, name: `${name} over its largest threshold`,
@@ -327,8 +330,9 @@
   at("notes").append(...estimates.flatMap((one) => one.notes).map((note) => html("li", {}, note)));
   text("origin", `alignscores ${data.version}, from ${data.reference} and ${estimates.map((one) => one.file).join(", ")}`);
   at("ramp").querySelector(".ramp").style.background = `linear-gradient(90deg, ${RAMP.join(", ")})`;
+  document.querySelectorAll(".rotations").forEach((part) => { part.hidden = !hasRotations; });
   const charts = [[scene, drawScene], [at("bands"), () => bandChart(at("bands"))]];
-  for (const kind of Object.keys(KINDS)) {
+  for (const kind of hasRotations ? Object.keys(KINDS) : ["position"]) {
     for (const [name, made] of [["errors", errorChart(kind)], ["cumulative", cumulativeChart(kind)], ["profile", profileChart(kind)]]) {
       const host = at(`${kind}-${name}`);
       charts.push([host, () => made(host)]);

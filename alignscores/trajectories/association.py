@@ -187,8 +187,9 @@ def match(
 
     Image names are equal. If no two are, they match by the longest ending of their paths that any
     two have in common and that is unique, whatever the case and the slashes; at last by the file
-    name without its extension. Whole numbers (of frames, or stamps in nanoseconds) must be equal;
-    where both are mere row numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
+    name without its extension. Whole numbers (of frames, or stamps that are whole)
+    must be equal; where both are mere row numbers, 0, 1, 2, ... as of KITTI, the number of rows
+    must be the same.
 
     Parameters
     ----------
@@ -345,6 +346,9 @@ def _rows_of_frames(ref_stamps: Floats, frames: Floats, timing: Timing) -> tuple
 def _by_key(reference: Trajectory, estimate: Trajectory, unit: float | None) -> Matches:
     """Find the pose of the same image, frame or row."""
     kinds = reference.keys.dtype.kind, estimate.keys.dtype.kind
+    if {*kinds} == {"f", "i"}:
+        reference, estimate = _with_numbers(reference), _with_numbers(estimate)
+        kinds = reference.keys.dtype.kind, estimate.keys.dtype.kind
     if kinds[0] != kinds[1]:
         raise ValueError(
             "the two trajectories are not of the same format: the keys of the reference are "
@@ -372,6 +376,13 @@ def _by_key(reference: Trajectory, estimate: Trajectory, unit: float | None) -> 
         pose_rows=rows[matched],
         pose_references=gt_poses[matched],
     )
+
+
+def _with_numbers(trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory with numbers of frames where its stamps are whole numbers."""
+    numbers = np.round(trajectory.keys)
+    whole = (numbers == trajectory.keys).all()
+    return trajectory._replace(keys=numbers.astype(np.int64)) if whole else trajectory
 
 
 def _unit(poses: Floats) -> float:

@@ -152,6 +152,12 @@ def test_twelve_systems_on_two_sequences_fit_a_terminal():
     assert len(shown.splitlines()) == 13 + 14
 
 
+def test_without_rotations_the_verdict_says_by_what_to_compare(patterns, run):
+    words = *patterns, "--ref_columns", "t x y z"
+    assert run(*words)[1].startswith("no run has a PAS, which takes rotations; --by TAS compares")
+    assert run(*words, "--by", "TAS")[1].startswith("a_b is ahead of c")
+
+
 def test_the_command_begins_with_the_verdict(patterns, run):
     code, out, _ = run(*patterns)
     verdict, overall, by_sequence, legend = out.rstrip().split("\n\n")

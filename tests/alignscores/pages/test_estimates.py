@@ -133,6 +133,19 @@ def test_several_estimates_are_overlaid(saved, shown):
     assert page["title"] == "estimate.txt, reference.txt against reference.txt"
 
 
+def test_positions_alone_have_no_charts_of_rotations(saved, shown, examples, tmp_path):
+    path = tmp_path / "positions.txt"
+    np.savetxt(path, np.loadtxt(examples / "tum/estimate.txt")[:, :4], "%.6f")
+    alone = shown(saved("tum", examples / "tum/reference.txt", path)[0])
+    ((_, tas, *without),) = ([*row[:4], row[5], row[7]] for row in alone["table"])
+    assert (float(tas) > 0, without) == (True, ["–"] * 4)
+    both = shown(
+        saved("tum", examples / "tum/reference.txt", examples / "tum/estimate.txt", path)[0]
+    )
+    assert (alone["drawn"], both["drawn"]) == (4, 7)
+    assert both["table"][1][2] == "–" != both["table"][0][2]
+
+
 def test_an_exact_estimate_is_drawn_on_the_reference(saved, examples, tmp_path):
     """Both about the middle, so that single precision is enough."""
     path = tmp_path / "far.txt"

@@ -195,7 +195,7 @@ def test_keys_and_poses_of_other_types(keys, kind):
         (["a"], ["b"], "no image names in common: the reference has 'a', the estimate 'b'"),
         ([3, 4], [5, 6], "no frame numbers in common: the reference has 3, the estimate 5"),
         ([0, 1], [0, 1, 2], "the reference has 2 poses, the estimate 3: "),
-        ([0.0, 1.0], [0, 1], "not of the same format: the keys of the reference are time stamps"),
+        ([0.5, 1.0], [0, 1], "not of the same format: the keys of the reference are time stamps"),
     ],
 )
 def test_nothing_in_common(reference, estimate, message):
