@@ -47,13 +47,13 @@ def test_the_alignment_is_that_which_was_asked_for(alignment):
     assert result.score == pytest.approx(0.5, abs=0.002)
 
 
-@pytest.mark.parametrize(("score", "lost"), [(0.5, 21), (0.25, 31), (1.0, 1)])
-def test_what_is_lost_bounds_the_score(score, lost):
-    """With exactly a share 1 - score lost, all others must be below the first threshold."""
+@pytest.mark.parametrize(("score", "missing"), [(0.5, 21), (0.25, 31), (1.0, 1)])
+def test_missing_cameras_bound_the_score(score, missing):
+    """With exactly a share 1 - score missing, all others must be below the first threshold."""
     gt, est = noisy(40, 0, 0.02, 4)
-    est[:lost] = np.nan
+    est[:missing] = np.nan
     assert tas_distance(gt, est, score) == np.inf
-    est[lost - 1] = est[lost]  # one more, wherever it is
+    est[missing - 1] = est[missing]  # one more, wherever it is
     assert tas_distance(gt, est, score) < np.inf
 
 

@@ -39,6 +39,15 @@ def test_no_rotation_is_cheaper_than_the_medoid(seed, n, noise_deg, outliers, ag
     assert sums[medoids(rotations[None])[0]] <= sums.min() + 1e-11 * n
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_medoid_where_one_in_twenty_agrees(seed):
+    rng = np.random.default_rng(seed)
+    rotations = Rotation.random(2000, rng=rng).as_matrix()
+    rotations[:100] = Rotation.from_rotvec(rng.normal(0, 0.15, (100, 3))).as_matrix()
+    sums = sums_of_distances(rotations)
+    assert medoids(rotations[None])[0] == np.argmin(sums)
+
+
 @pytest.mark.parametrize("period", [2, 5, 10])
 def test_a_rig_of_which_one_camera_is_always_wrong(period):
     n, rng = 12_800, np.random.default_rng(0)

@@ -118,12 +118,12 @@ def test_scipy_rotations(noisy_rotations):
     assert ras(r, q).score == ras(r, est).score == ras(gt, q).score == expected
 
 
-# --- lost cameras ---------------------------------------------------------------------------------
+# --- cameras without an estimate ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("lost", [1, 30, 59])
-def test_lost_cameras_count(noisy_rotations, lost, value):
+def test_cameras_that_were_not_estimated_fail(noisy_rotations, lost, value):
     """A matrix that is not finite fails, the others are aligned without it: a perfect rest."""
     gt, est = noisy_rotations(60, 0, 0, 0)
     est[:lost, 1, 2] = value  # one entry is enough

@@ -1,4 +1,4 @@
-"""TAS: the unit d, the perfect score, errors and thresholds, m, lost cameras, degenerate input."""
+"""TAS: the unit d, the perfect score, errors and thresholds, m, missing cameras, degenerate input."""
 
 import math
 from fractions import Fraction
@@ -124,7 +124,7 @@ def test_score_of_one_displaced_camera(distance, share):
 )
 @pytest.mark.parametrize("lost", [0, 2])
 def test_m(n, m, lost):
-    """m = max(4, round(n/10)) with halves up, of all n cameras, the lost ones too.
+    """m = max(4, round(n/10)) with halves up, of all n cameras, those without an estimate too.
 
     k cameras fit a wrong similarity exactly, the others the right one with noise: the wrong one
     wins if and only if m <= k. With all triplets enumerated, nothing is random.
@@ -159,13 +159,13 @@ def test_the_score_follows_from_the_alignment(registration, noisy_scene):
         assert result.score == pytest.approx(counts.mean() / 40, abs=1e-12)
 
 
-# --- lost cameras -------------------------------------------------------------------------------
+# --- cameras without an estimate --------------------------------------------------------------------
 
 
 @both_registrations
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("lost", [1, 10, 90, 96])
-def test_lost_cameras_count(registration, cloud, another_world, lost, value):
+def test_cameras_that_were_not_estimated_fail(registration, cloud, another_world, lost, value):
     """A row that is not finite fails, the others are aligned without it: a perfect rest."""
     gt = cloud("cube", 100, 1)
     est = another_world(gt, 1)
