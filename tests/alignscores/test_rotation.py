@@ -118,7 +118,7 @@ def test_scipy_rotations(noisy_rotations):
     assert ras(r, q).score == ras(r, est).score == ras(gt, q).score == expected
 
 
-# --- cameras without an estimate ----------------------------------------------------------------------
+# --- cameras without an estimate ------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])

@@ -1,4 +1,4 @@
-"""TAS: the unit d, the perfect score, errors and thresholds, m, missing cameras, degenerate input."""
+"""TAS: the unit d, the perfect score, errors and thresholds, m, missing cameras, degeneracy."""
 
 import math
 from fractions import Fraction
@@ -159,7 +159,7 @@ def test_the_score_follows_from_the_alignment(registration, noisy_scene):
         assert result.score == pytest.approx(counts.mean() / 40, abs=1e-12)
 
 
-# --- cameras without an estimate --------------------------------------------------------------------
+# --- cameras without an estimate ------------------------------------------------------------------
 
 
 @both_registrations
