@@ -132,7 +132,7 @@ def run(argv: Sequence[str]) -> int:
     """Find, score and compare all runs; what is wrong with one does not stop the others."""
     parser = compare_parser(everything="--help-all" in argv)
     arguments = parser.parse(argv)
-    _check_by(parser, arguments)
+    _check_names(parser, arguments)
     settings = parser.settings(arguments)
     gate = _gate(parser, arguments)
     benchmark = _benchmark(parser, arguments, settings)
@@ -142,10 +142,7 @@ def run(argv: Sequence[str]) -> int:
         _print_problems(benchmark.problems)
         _show_found(benchmark)
         return int(bool(benchmark.problems))
-    outputs = [("--html", arguments.html)] if arguments.html else []
-    if arguments.markdown and arguments.markdown != "-":
-        outputs.append(("--markdown", Path(arguments.markdown)))
-    if outputs:
+    if outputs := _outputs(arguments):
         refuse_to_replace(_inputs(benchmark, settings, arguments), outputs)
     saved: list[Result] = []
     if arguments.baseline:
@@ -165,7 +162,7 @@ def run(argv: Sequence[str]) -> int:
     failed = [f"{error}; it counts as a failure" for error in comparison.failed]
     for problems in (comparison.problems, failed, unsaved):
         _print_problems(problems)
-    _print_notes([*alias_notes(arguments.metrics), *comparison.notes], arguments.verbose)
+    _print_notes(comparison, arguments)
     for reason in reasons:
         print_error(reason)
     return FAILS if reasons else int(bool(comparison.problems or failed or unsaved))
@@ -203,8 +200,10 @@ def _measured(arguments: argparse.Namespace) -> list[str]:
     return list(dict.fromkeys((*COLUMNS, *(metric(name).name for name in arguments.metrics))))
 
 
-def _check_by(parser: Parser, arguments: argparse.Namespace) -> None:
-    """Set --by to the metric's own name; refuse what is not measured."""
+def _check_names(parser: Parser, arguments: argparse.Namespace) -> None:
+    """Set --by to the metric's own name; refuse what is not measured, and to print twice."""
+    if arguments.show and arguments.markdown == "-":
+        parser.error(f"argument --markdown -: not allowed with argument --{arguments.show}")
     measured, by = _measured(arguments), arguments.by
     with suppress(ValueError):
         arguments.by = metric(by).name
@@ -224,6 +223,12 @@ def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings
         case [file] if Path(file).suffix in (".yaml", ".yml"):
             return find_benchmark(file, None, settings, expect_all)
     parser.error(f"give a format ({', '.join(FORMATS)}) and two patterns, or one YAML file")
+
+
+def _outputs(arguments: argparse.Namespace) -> list[tuple[str, Path]]:
+    """Return the options that save a file, with the file."""
+    given = ("--html", arguments.html), ("--markdown", arguments.markdown)
+    return [(option, Path(file)) for option, file in given if file and file != "-"]
 
 
 def _inputs(
@@ -247,8 +252,11 @@ def _print_problems(problems: list[str]) -> None:
         print_error(f"and {len(problems) - SHOWN} more of these; --json has all")
 
 
-def _print_notes(notes: Sequence[str], verbose: bool) -> None:
-    shown = notes if verbose or len(notes) <= NOTES else notes[: NOTES - 1]
+def _print_notes(comparison: Comparison, arguments: argparse.Namespace) -> None:
+    notes = [*alias_notes(arguments.metrics), *comparison.notes]
+    if arguments.verbose:
+        notes += comparison.low_scores
+    shown = notes if arguments.verbose or len(notes) <= NOTES else notes[: NOTES - 1]
     for note in shown:
         print_note(note)
     if len(shown) < len(notes):
@@ -276,14 +284,12 @@ def _save(
     reasons: Sequence[str],
 ) -> list[str]:
     """Save page and report; return why any cannot be saved, which stops nothing else."""
-    contents = {}
-    if arguments.html:
-        contents[arguments.html] = page(comparison, arguments.by, changed)
-    if arguments.markdown and arguments.markdown != "-":
-        report = _report(comparison, arguments.by, changed, reasons)
-        contents[Path(arguments.markdown)] = f"{report}\n"
-    unsaved = []
-    for path, content in contents.items():
+    by, unsaved = arguments.by, []
+    for option, path in _outputs(arguments):
+        if option == "--html":
+            content = page(comparison, by, changed)
+        else:
+            content = f"{_report(comparison, by, changed, reasons)}\n"
         try:
             write_whole(path, content.encode())
         except ValueError as error:

@@ -99,32 +99,11 @@ def from_patterns(
     without any it was not
     tried, unless `expect_all`. `systems` and `sequences` are names that should be there.
     """
-    ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
-    if "system" not in est_pattern.fields:
-        raise ValueError(f"the pattern of the estimates needs {{system}}: {estimate}")
-    if ("sequence" in ref_pattern.fields) != ("sequence" in est_pattern.fields):
-        raise ValueError(
-            f"both patterns need {{sequence}}, or none of them: {reference} and {estimate}"
-        )
-    (found_refs, problems), (found_ests, more) = ref_pattern.find(), est_pattern.find()
-    problems += more
-    # data/{sequence}/{system}.txt matches the reference, too, and so may a model's files.
-    taken = set(map(Path, found_refs))
-    runs = {
-        path: values
-        for path, values in found_ests.items()
-        if taken.isdisjoint([Path(path), *Path(path).parents])
-    }
-    for wanted, found, pattern in (
-        ("reference", found_refs, reference),
-        ("estimate", runs, estimate),
-    ):
-        if not found:
-            reasons = [f"no {wanted} matches the pattern {pattern}", *problems[:1]]
-            raise ValueError("; ".join(reasons))
+    problems: list[str] = []
+    found_refs, found_ests = _found(reference, estimate, problems)
     default = {"sequence": Path(reference).stem, "run": "1"}
     references = _by_fields(found_refs, FIELDS[:1], default, problems)
-    estimates = _by_fields(runs, FIELDS, default, problems)
+    estimates = _by_fields(found_ests, FIELDS, default, problems)
     kept = _with_runs(references, {key[0] for key in estimates}, sequences, problems)
     expected = expected or {}
     complete: list[Run] = []
@@ -141,6 +120,33 @@ def from_patterns(
     complete.sort(key=lambda run: list(kept).index(run.sequence))
     form = format or recognise(next(iter(found_refs)), columns)
     return Benchmark(form, kept, complete, problems, [*found_refs, *found_ests])
+
+
+def _found(
+    reference: str, estimate: str, problems: list[str]
+) -> tuple[dict[str, dict[str, str]], dict[str, dict[str, str]]]:
+    """Return the files of both patterns with the values of their fields; at least one of each."""
+    ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
+    if "system" not in est_pattern.fields:
+        raise ValueError(f"the pattern of the estimates needs {{system}}: {estimate}")
+    if ("sequence" in ref_pattern.fields) != ("sequence" in est_pattern.fields):
+        raise ValueError(
+            f"both patterns need {{sequence}}, or none of them: {reference} and {estimate}"
+        )
+    references, estimates = ref_pattern.find(problems), est_pattern.find(problems)
+    # data/{sequence}/{system}.txt matches the reference, too, and so may a model's files.
+    known = set(map(Path, references))
+    for path in list(estimates):
+        if not known.isdisjoint([Path(path), *Path(path).parents]):
+            del estimates[path]
+    for wanted, found, pattern in (
+        ("reference", references, reference),
+        ("estimate", estimates, estimate),
+    ):
+        if not found:
+            reasons = [f"no {wanted} matches the pattern {pattern}", *problems[:1]]
+            raise ValueError("; ".join(reasons))
+    return references, estimates
 
 
 def _by_fields(

@@ -82,6 +82,15 @@ class Comparison:
         """Why runs failed, or that they are missing; each of them counts as a failure."""
         return [r.outcome.error for r in self.summary.results if r.failed]
 
+    @property
+    def low_scores(self) -> list[str]:
+        """Why the PAS of runs are low, once for each system."""
+        low: dict[str, list[tuple[str, str]]] = {}
+        for result in self.summary.results:
+            if reason := result.outcome.low_score:
+                low.setdefault(result.run.system, []).append((_name(result.run), reason))
+        return [note for system, reasons in low.items() for note in _alike(system, reasons)]
+
     def verdict(self, by: str = "PAS") -> list[str]:
         """Return in words which systems are ahead, and how certain that is.
 
@@ -367,13 +376,17 @@ def _notes_of_runs(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:
     scores: dict[tuple[str, str], list[Mapping[str, float]]] = {}
     for run, outcome in runs:
         notes = by_system.setdefault(run.system, [])
-        notes += [(f"{run.sequence}, {run.system}, run {run.run}", note) for note in outcome.notes]
+        notes += [(_name(run), note) for note in outcome.notes]
         scores.setdefault((run.sequence, run.system), []).append(outcome.scores)
     for (sequence, system), own in scores.items():
         if any(one and one in own[:index] for index, one in enumerate(own)):
             note = "runs with the same scores count as several: copies, or a deterministic system"
             by_system[system].append((f"{sequence}, {system}", note))
     return [note for system, notes in by_system.items() for note in _alike(system, notes)]
+
+
+def _name(run: Run) -> str:
+    return f"{run.sequence}, {run.system}, run {run.run}"
 
 
 def _alike(system: str, notes: Iterable[tuple[str, str]]) -> list[str]:

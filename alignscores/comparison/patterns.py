@@ -8,7 +8,6 @@ from dataclasses import dataclass
 __all__ = ["Pattern"]
 
 TOKEN = re.compile(r"(\{[^{}]*\}|\*+)")
-MAX_STARS = 4  # between two slashes; the time of a search grows with their power
 
 
 @dataclass(frozen=True)
@@ -31,10 +30,6 @@ class Pattern:
                 )
         if re.search("[{}]", TOKEN.sub("", self.text)):
             raise ValueError(f"the pattern {self.text} has a brace without its partner")
-        if any(len(re.findall(r"\*+", part)) > MAX_STARS for part in self.text.split("/")):
-            raise ValueError(
-                f"the pattern {self.text} has more than {MAX_STARS} * between two slashes"
-            )
 
     @property
     def fields(self) -> tuple[str, ...]:
@@ -42,12 +37,12 @@ class Pattern:
         tokens = TOKEN.findall(self.text)
         return tuple(dict.fromkeys(token[1:-1] for token in tokens if token[0] == "{"))
 
-    def find(self) -> tuple[dict[str, dict[str, str]], list[str]]:
-        """Find the paths that match, with the values of the fields, and a line for each other.
+    def find(self, problems: list[str]) -> dict[str, dict[str, str]]:
+        """Return the paths that match, with the values of the fields.
 
-        The others are those in which a field may end at more than one place.
+        A path in which a field may end at more than one place is left out: a line of the problems.
         """
-        found, problems = {}, []
+        found = {}
         parts = TOKEN.split(self.text)
         parts[::2], parts[1::2] = map(glob.escape, parts[::2]), ["*"] * (len(parts) // 2)
         longest, shortest = self._expression(""), self._expression("?")
@@ -66,7 +61,7 @@ class Pattern:
                     f"{path}: matches {self.text} in more than one way ({'; or '.join(ways)}); "
                     "left out"
                 )
-        return found, problems
+        return found
 
     def fill(self, values: Mapping[str, str]) -> str:
         """Return the path for some values of the fields."""

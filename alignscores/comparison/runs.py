@@ -59,6 +59,7 @@ class Outcome:
     position_errors: Floats = field(default_factory=lambda: np.empty(0))
     rotation_errors: Floats = field(default_factory=lambda: np.empty(0))
     notes: list[str] = field(default_factory=list)
+    low_score: str = ""  # why the PAS is low
     error: str = ""  # why there is no score, if there is none
 
 
@@ -121,7 +122,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
     failed = ~(np.isfinite(result.tas.errors) & finite_rows(matches.est_poses))
     names = [*COLUMNS, *evaluation.settings.metrics]
     scores = {name: _score(evaluation, name) for name in names}
-    notes = [str(note) for note in evaluation.notes]
+    notes = [str(note) for note in evaluation.notes if note.kind != "low"]
     unvalued = [name for name in evaluation.settings.metrics if evaluation.value(name) is None]
     if counted := [name for name in unvalued if not math.isnan(scores[name])]:
         notes.append(f"without a value, counted as failures: {', '.join(counted)}")
@@ -145,6 +146,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         position_errors=result.tas.errors,
         rotation_errors=result.ras.errors,
         notes=notes,
+        low_score=next((note.text for note in evaluation.notes if note.kind == "low"), ""),
     )
 
 

@@ -161,16 +161,18 @@ def _difference(a: float, b: float) -> float:
 
 
 def _signed_ranks(differences: Sequence[float]) -> Test:
-    """Return Wilcoxon's test of differences, of which those that are 0 are left out."""
-    nonzero = [value for value in differences if value]
-    smallest = 0.5 ** len(differences)
-    if not nonzero:
-        return Test(1.0, 1.0, smallest)
-    better, worse = (
-        float(scipy.stats.wilcoxon(nonzero, alternative=tail).pvalue)
-        for tail in ("greater", "less")
-    )
-    return Test(better, worse, smallest)
+    """Return Wilcoxon's test of differences, exact also with ties; those that are 0 are left out.
+
+    SciPy's takes 0.1 s for ten differences with ties, such as those of failed runs.
+    """
+    nonzero = np.array([value for value in differences if value])
+    ranks = np.rint(2 * scipy.stats.rankdata(np.abs(nonzero))).astype(int)  # whole also with ties
+    null = np.ones(1)  # how probable each sum of the positive ones is
+    for rank in ranks:
+        null = (np.pad(null, (0, rank)) + np.pad(null, (rank, 0))) / 2
+    seen = int(ranks[nonzero > 0].sum())
+    better, worse = float(null[seen:].sum()), float(null[: seen + 1].sum())
+    return Test(better, worse, 0.5 ** len(differences))
 
 
 def holm(p_values: ArrayLike) -> Floats:

@@ -24,7 +24,8 @@ def test_fields(tmp_path, monkeypatch, pattern, path, values):
     monkeypatch.chdir(tmp_path)
     (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / path).touch()
-    found, problems = Pattern(pattern, FIELDS).find()
+    problems = []
+    found = Pattern(pattern, FIELDS).find(problems)
     assert problems == []
     assert {file: tuple(own.values()) for file, own in found.items()} == (
         {path: values} if values else {}
@@ -34,8 +35,9 @@ def test_fields(tmp_path, monkeypatch, pattern, path, values):
 def test_several_ways_to_match_are_a_problem(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "orb_slam_1.txt").touch()
-    found, (problem,) = Pattern("{system}_{run}.txt", FIELDS).find()
-    assert found == {}
+    problems = []
+    assert Pattern("{system}_{run}.txt", FIELDS).find(problems) == {}
+    (problem,) = problems
     assert problem == (
         "orb_slam_1.txt: matches {system}_{run}.txt in more than one way (system 'orb_slam', "
         "run '1'; or system 'orb', run 'slam_1'); left out"

@@ -85,6 +85,9 @@ def test_single_runs_are_tested_by_signed_ranks_of_sequences():
     test = sequence_test([(np.array([gain]), np.zeros(1)) for gain in gains])
     assert test.p == pytest.approx(stats.wilcoxon(gains).pvalue)
     assert sequence_test([(np.ones(1), np.array([FAILED]))] * 6).p == 2 / 64
+    ties = np.array([0.1, 0.1, -0.1, np.inf, np.inf, 0.3])
+    tested = sequence_test([(np.array([gain]), np.zeros(1)) for gain in ties])
+    assert tested.better == pytest.approx(stats.wilcoxon(ties, alternative="greater").pvalue)
     assert not sequence_test([(np.ones(1), np.zeros(1))] * 5).possible
     assert sequence_test([(np.array([FAILED]), np.array([FAILED]))] * 6).p == 1
 
