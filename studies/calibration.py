@@ -1,7 +1,7 @@
 """How often `compare` finds a difference, where there is one and where there is none.
 
-``python -m studies.calibration`` prints the tables of docs/explanation/certainty.md. Runs are drawn
-whose truth is known, and pairs of systems are tested as `alignscores.compare` does.
+``python -m studies.calibration`` prints the numbers of docs/explanation/certainty.md. Runs are
+drawn whose truth is known, and pairs of systems are tested as `alignscores.compare` does.
 """
 
 import argparse
@@ -12,9 +12,14 @@ from itertools import combinations, product
 import numpy as np
 
 from alignscores.arrays import Floats
+from alignscores.comparison.baseline import changes
+from alignscores.comparison.benchmark import Run
+from alignscores.comparison.runs import COLUMNS, Outcome
 from alignscores.comparison.statistics import LEVEL, holm, rank_test, sequence_test
+from alignscores.comparison.summary import Summary, summarise
+from alignscores.trajectories.formats import FORMATS
 
-__all__ = ["SCATTERS", "Case", "found"]
+__all__ = ["SCATTERS", "Case", "failing_gates", "found"]
 
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]
 Table = Iterator[tuple[str, list[list["Case"]]]]  # name of a row, cases of each cell
@@ -78,6 +83,27 @@ def found(case: Case, draws: int, seed: int = 0) -> float:
     return significant / draws
 
 
+def failing_gates(gates: int, seed: int = 0) -> int:
+    """Return how many gates of equal runs fail by ``--fail_on worse``.
+
+    Each compares two systems, with five runs on each of two sequences, with as many saved ones.
+    """
+    rng = np.random.default_rng(seed)
+    runs = [Run(s, system, str(k), "file") for s in "st" for system in "ab" for k in range(5)]
+
+    def drawn() -> Summary:
+        scores = SCATTERS["t(2.5)"](rng, (len(runs),)).tolist()
+        outcomes = [Outcome(dict.fromkeys(COLUMNS, score), n=10, unit=1.0) for score in scores]
+        return summarise(list(zip(runs, outcomes, strict=True)), [], FORMATS["tum"])
+
+    failed = 0
+    for _ in range(gates):
+        now, saved = drawn(), drawn()
+        found = changes(now, "saved.json", saved.results, "PAS").systems
+        failed += any(one.change == "worse" for one in found)
+    return failed
+
+
 def _percent(cases: Iterable[Case], draws: int) -> str:
     """Return the mean of the shares, in per cent, and the largest where there are several."""
     shares = [100 * found(case, draws) for case in cases]
@@ -114,7 +140,10 @@ def _unequal_scatter() -> Table:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="false alarms and power of the verdicts")
     parser.add_argument("--draws", type=int, default=500)
-    draws = parser.parse_args().draws
+    parser.add_argument("--gates", type=int, default=1000)
+    arguments = parser.parse_args()
+    draws, gates = arguments.draws, arguments.gates
+    print(f"Of {gates} gates of equal runs fail: {failing_gates(gates)}")
     for table in (_power, _unequal_scatter, _false_alarms):
         print(table.__doc__)
         for name, columns in table():

@@ -5,8 +5,10 @@ import json
 import os
 import re
 import shutil
+import subprocess
 import sys
 from io import StringIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -194,6 +196,42 @@ def test_markdown_has_verdict_and_tables(patterns, run, tmp_path):
     assert re.search(r"\| \*\*0\.\d{4}\*\* \|", text)
     assert "†1" in text
     assert run(*patterns, "--markdown", "-")[1] == text
+
+
+def test_one_format_is_printed(patterns, run):
+    code, out, err = run(*patterns, "--json", "--csv")
+    assert (code, out) == (2, "")
+    assert "error: argument --csv: not allowed with argument --json" in err
+    code, out, err = run(*patterns, "--csv", "--markdown", "-")
+    assert (code, out) == (2, "")
+    assert "error: argument --markdown -: not allowed with argument --csv" in err
+
+
+def test_why_scores_are_low_is_told_with_verbose(benchmark_of, run):
+    patterns = benchmark_of({"a": (0.5, 10.0, 1, 0.5)}, ["car"], runs=2)
+    assert "without a pose, " not in run(*patterns)[2]
+    told = run(*patterns, "--verbose")[2]
+    assert re.search(r"note: car, a, run 0: PAS 0\.\d\d: 4\d% of the time without a pose, ", told)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no limit of what is written")
+@pytest.mark.parametrize("option", ["--html", "--markdown"])
+def test_on_a_full_disk_the_table_is_printed(patterns, run, tmp_path, option):
+    """A limit of the size of files stands for it."""
+    *command, expected = sys.executable, "-m", "alignscores", "compare", run(*patterns)[1]
+    limited = ["bash", "-c", 'ulimit -f 0; exec "$@"', "bash"]
+    arguments = *limited, *command, *patterns, option, "saved.html"
+    done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (1, expected)
+    assert "error: saved.html: cannot be written (File too large)\n" in done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"car", "helix"}
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_a_device_is_refused_before_anything_is_scored(patterns, run):
+    code, out, err = run(*patterns, "--markdown", "/dev/full")
+    assert (code, out) == (1, "")
+    assert "--markdown /dev/full cannot be written (it is a pipe or a device, not a file)" in err
 
 
 def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path):
