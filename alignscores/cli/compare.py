@@ -91,40 +91,27 @@ def compare_parser(*, everything: bool = True) -> Parser:
     )
     parser.add_argument("files", nargs="+", metavar="[FORMAT] REF EST", help=FILES)
     parser.add_settings("format", "metrics", frames=FRAMES)
-    runs, jobs = parser.add_argument_group("runs"), available_processors()
-    runs.add_argument(
-        "--dry-run", action="store_true", help="show what is found, and score nothing"
-    )
-    runs.add_argument(
-        "--expect_all", action="store_true", help="a sequence without runs has failed"
-    )
-    runs.add_argument("--jobs", type=number_type(JOBS), default=jobs, metavar="X", help=JOBS.help)
-    runs.add_argument(
-        "--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them"
-    )
-    verdicts = parser.add_argument_group("verdicts")
-    verdicts.add_argument(
-        "--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)"
-    )
-    verdicts.add_argument(
-        "--baseline", metavar="FILE.json", help="show changes since that --json output"
-    )
-    verdicts.add_argument("--fail_on", metavar="CONDITIONS", help=FAIL_ON)
-    verdicts.add_argument("--paired", action="store_true", help="compare runs of the same name")
-    output = parser.add_argument_group("output")
-    output.add_argument("-v", "--verbose", action="store_true", help="explain the numbers")
-    output.add_argument(
-        "--metrics", metavar="NAMES", type=metric_names, default=(), help=MORE_METRICS
-    )
-    page_file = output_file(".html")
-    output.add_argument(
-        "--html", metavar="FILE.html", type=page_file, help="save a page with drawings"
-    )
-    output.add_argument("--markdown", metavar="FILE", help="save a report in Markdown; - prints it")
-    forms = output.add_mutually_exclusive_group()
+    jobs = available_processors()
+    add = parser.add_argument_group("runs").add_argument
+    add("--dry-run", action="store_true", help="show what is found, and score nothing")
+    add("--expect_all", action="store_true", help="a sequence without runs has failed")
+    add("--jobs", type=number_type(JOBS), default=jobs, metavar="X", help=JOBS.help)
+    add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
+    add = parser.add_argument_group("verdicts").add_argument
+    add("--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)")
+    add("--baseline", metavar="FILE.json", help="show changes since that --json output")
+    add("--fail_on", metavar="CONDITIONS", help=FAIL_ON)
+    add("--paired", action="store_true", help="compare runs of the same name")
+    output, page_file = parser.add_argument_group("output"), output_file(".html")
+    add = output.add_argument
+    add("-v", "--verbose", action="store_true", help="explain the numbers")
+    add("--metrics", metavar="NAMES", type=metric_names, default=(), help=MORE_METRICS)
+    add("--html", metavar="FILE.html", type=page_file, help="save a page with drawings")
+    add("--markdown", metavar="FILE", help="save a report in Markdown; - prints it")
+    add = output.add_mutually_exclusive_group().add_argument
     for name in ("JSON", "CSV", "LaTeX"):
         form, help = name.lower(), f"print {name} instead of the table"
-        forms.add_argument(f"--{form}", dest="show", action="store_const", const=form, help=help)
+        add(f"--{form}", dest="show", action="store_const", const=form, help=help)
     return parser
 
 

@@ -96,8 +96,8 @@ def from_patterns(
     Without a `format` it is that of the first reference, whose `columns` may be named. `expected`
     is the number of runs that a system should have on each sequence, under "" for systems that are
     not named; by default as many as it has on the sequence where it has the most. On a sequence
-    without any it was not
-    tried, unless `expect_all`. `systems` and `sequences` are names that should be there.
+    without any it was not tried, unless `expect_all`. `systems` and `sequences` are names that
+    should be there.
     """
     problems: list[str] = []
     found_refs, found_ests = _found(reference, estimate, problems)

@@ -151,15 +151,6 @@ def test_a_metric_without_a_value_is_told_once_a_system(benchmark_of, run):
     ) in err
 
 
-def test_as_many_runs_are_missing_as_there_are_fewer(benchmark_of, run, tmp_path):
-    """Whatever their names."""
-    patterns = benchmark_of(ONE, runs=2, n=5)
-    (tmp_path / "helix/a/1.txt").unlink()
-    (tmp_path / "car/a/0.txt").rename(tmp_path / "car/a/9.txt")
-    out = run(*patterns, "--dry-run")[1]
-    assert "helix/gt.txt\n  a, run 0: helix/a/0.txt\n  a, run 1: missing\n2 seq" in out
-
-
 def test_images_are_scored_as_on_their_own(compare, examples, tmp_path, capsys):
     """Also where a system has another format."""
     shutil.copytree(examples / "colmap/reference", tmp_path / "desk/gt")

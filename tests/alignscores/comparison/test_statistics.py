@@ -9,7 +9,6 @@ from scipy import stats
 from alignscores.comparison.statistics import (
     LEVEL,
     beats,
-    failure_interval,
     holm,
     paired_test,
     rank_test,
@@ -114,11 +113,6 @@ def test_differences_of_means_have_welch_s_interval():
     assert math.isnan(single.low)
     assert math.isnan(welch([(a, np.array([np.inf, 1]))]).value)
     assert vars(welch([(np.ones(2), np.zeros(2))])) == {"value": 1, "low": 1, "high": 1}
-
-
-def test_failures_have_the_interval_of_clopper_and_pearson():
-    assert failure_interval(0, 10) == pytest.approx((0, 1 - 0.025**0.1))
-    assert failure_interval(10, 10) == pytest.approx((0.025**0.1, 1))
 
 
 def test_several_p_values_are_adjusted_by_holm():
