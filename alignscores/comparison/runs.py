@@ -62,6 +62,11 @@ class Outcome:
     low_score: str = ""  # why the PAS is low
     error: str = ""  # why there is no score, if there is none
 
+    @property
+    def all_notes(self) -> list[str]:
+        """The notes, and why the PAS is low."""
+        return [*self.notes, self.low_score] if self.low_score else self.notes
+
 
 def evaluate_run(task: Task) -> Outcome:
     """Score an estimate, or take the result of the same files and settings from the cache."""

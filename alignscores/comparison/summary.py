@@ -51,7 +51,7 @@ class Result:
             "unit": outcome.unit,
             "chance": outcome.chance,
             "scale": outcome.scale,
-            "notes": outcome.notes,
+            "notes": outcome.all_notes,
         }
 
 

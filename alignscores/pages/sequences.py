@@ -61,7 +61,7 @@ def _middle(summary: Summary, by: str, system: str, sequence: str) -> Result | N
 def _estimate(result: Result, summary: Summary) -> Estimate:
     run, outcome = result.run, result.outcome
     entry = summary.entries[run.system, run.sequence]
-    notes = [printable(note) for note in [*outcome.notes, outcome.low_score] if note]
+    notes = [printable(note) for note in outcome.all_notes]
     if entry.failed:
         notes.insert(0, f"of its {entry.runs} runs, {entry.failed} failed or are missing")
     name = summary.system_names[run.system] + (

@@ -210,7 +210,8 @@ def test_one_format_is_printed(patterns, run):
 def test_why_scores_are_low_is_told_with_verbose(benchmark_of, run):
     patterns = benchmark_of({"a": (0.5, 10.0, 1, 0.5)}, ["car"], runs=2)
     assert "without a pose, " not in run(*patterns)[2]
-    told = run(*patterns, "--verbose")[2]
+    reason = re.search(r"run 0: (PAS .*)\n", told := run(*patterns, "--verbose")[2])[1]
+    assert reason in json.loads(run(*patterns, "--json")[1])["results"][0]["notes"]
     assert re.search(r"note: car, a, run 0: PAS 0\.\d\d: 4\d% of the time without a pose, ", told)
 
 
