@@ -24,6 +24,7 @@ __all__ = ["recording"]
 # Dark to light, as in the plots: an error of 0, a third and two thirds of d, and d or more.
 COLOURS = np.array([[0, 0, 4], [95, 19, 110], [191, 57, 82], [249, 150, 13]])
 GREY, RED = [150, 150, 150], [220, 30, 30]
+WIDTH = rr.Radius.ui_points(3)
 
 
 def recording(scored: Sequence[Evaluation]) -> bytes:
@@ -34,25 +35,23 @@ def recording(scored: Sequence[Evaluation]) -> bytes:
     first = scored[0]
     poses = first.reference.poses[first.matches.expected_rows]
     origin = poses[0, :3, 3]
+    names = [rr.new_entity_path(["estimates", printable(found.name)]) for found in scored]
+    series = [
+        blueprint.TimeSeriesView(
+            name=kind.replace("_", " "), contents=[f"{name}/{kind}" for name in names]
+        )
+        for kind in ("position_error", "rotation_error", "lost")
+    ]
     stream = rr.RecordingStream("alignscores")
     memory = stream.memory_recording()
-    stream.send_blueprint(
-        blueprint.Horizontal(
-            blueprint.Spatial3DView(origin="/"),
-            blueprint.Vertical(
-                blueprint.TimeSeriesView(name="position error", contents="/**/position_error"),
-                blueprint.TimeSeriesView(name="rotation error", contents="/**/rotation_error"),
-                blueprint.TimeSeriesView(name="lost", contents="/**/lost"),
-            ),
-        )
-    )
+    views = blueprint.Spatial3DView(origin="/"), blueprint.Vertical(*series)
+    stream.send_blueprint(blueprint.Horizontal(*views))
     _log_camera(stream, first, "reference", poses[:, :3, 3] - origin, poses[:, :3, :3])
     path = [poses[:, :3, 3] - origin]
     ordered = first.settings.form.ordered
     drawn = rr.LineStrips3D(path, colors=[GREY]) if ordered else rr.Points3D(*path, colors=[GREY])
     stream.log("reference/path", drawn, static=True, strict=True)
-    for evaluation in scored:
-        name = rr.new_entity_path(["estimates", printable(evaluation.name)])
+    for evaluation, name in zip(scored, names, strict=True):
         _log_estimate(stream, evaluation, name, origin)
     content: bytes = memory.drain_as_bytes()
     stream.disconnect()
@@ -74,24 +73,23 @@ def _log_estimate(stream: Any, evaluation: Evaluation, name: str, origin: Floats
     for kind, values in errors.items():
         found = np.isfinite(values)
         columns = rr.Scalars.columns(scalars=values[found])
-        index = _times(evaluation, found)
-        stream.send_columns(f"{name}/{kind}", [index], columns, strict=True)
+        _send(stream, evaluation, f"{name}/{kind}", found, columns)
     finite = finite_rows(positions)
     shares = np.minimum(errors["position_error"][finite] / tas.unit, 1)
     colours = np.stack([np.interp(shares, np.linspace(0, 1, 4), one) for one in COLOURS.T], axis=1)
-    points = rr.Points3D(positions[finite], colors=colours.astype(np.uint8))
+    points = rr.Points3D(positions[finite], colors=colours.astype(np.uint8), radii=WIDTH)
     stream.log(f"{name}/positions", points, static=True, strict=True)
     poses = evaluation.reference.poses[evaluation.matches.expected_rows]
     rows = np.flatnonzero(errors["lost"])
     stretches = np.split(poses[rows, :3, 3] - origin, np.flatnonzero(np.diff(rows) > 1) + 1)
-    strips = rr.LineStrips3D([one for one in stretches if len(one)], colors=[RED])
+    strips = rr.LineStrips3D([one for one in stretches if len(one)], colors=[RED], radii=WIDTH)
     stream.log(f"{name}/lost_stretches", strips, static=True, strict=True)
 
 
 def _log_camera(
     stream: Any, evaluation: Evaluation, name: str, positions: Floats, rotations: Floats
 ) -> None:
-    """Log the camera's frame at each expected frame; it vanishes where there is no pose."""
+    """Log the camera's frame at each expected frame."""
     found = finite_rows(positions) & finite_rows(rotations)
     quaternions = np.empty((0, 4))
     if found.any():
@@ -100,10 +98,15 @@ def _log_camera(
         *rr.Transform3D.columns(translation=positions[found], quaternion=quaternions),
         *rr.TransformAxes3D.columns(axis_length=[2 * evaluation.result.tas.unit] * found.sum()),
     ]
-    stream.send_columns(f"{name}/camera", [_times(evaluation, found)], columns, strict=True)
+    _send(stream, evaluation, f"{name}/camera", found, columns)
+
+
+def _send(stream: Any, evaluation: Evaluation, name: str, found: Booleans, columns: Any) -> None:
+    """Send what was found at some of the expected frames; it ends where the next has nothing."""
+    stream.send_columns(name, [_times(evaluation, found)], columns, strict=True)
     ends = ~found & np.roll(found, 1)
     cleared = rr.Clear.columns(is_recursive=[False] * ends.sum())
-    stream.send_columns(f"{name}/camera", [_times(evaluation, ends)], cleared, strict=True)
+    stream.send_columns(name, [_times(evaluation, ends)], cleared, strict=True)
 
 
 def _times(evaluation: Evaluation, chosen: Booleans) -> Any:

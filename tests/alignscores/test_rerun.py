@@ -51,6 +51,9 @@ def test_a_recording_has_what_the_evaluation_has(command, tmp_path, lost):
     own = {name: value for name, value in entities.items() if name.startswith("/estimates")}
     camera, *_ = (value for name, value in own.items() if name.endswith("/camera"))
 
+    _, ends = column(camera, "Clear:is_recursive")
+    first_lost = ~found & np.roll(found, 1)
+    assert set(np.round(seconds[first_lost], 6)) <= set(np.round(ends, 6))
     positions, times = column(camera, "Transform3D:translation")
     has_pose = np.isfinite(matches.est_poses).all(axis=(1, 2))
     np.testing.assert_allclose(times, seconds[has_pose], atol=1e-6)
