@@ -236,7 +236,7 @@ def _print_problems(problems: list[str]) -> None:
     for problem in problems[:SHOWN]:
         print_error(problem)
     if len(problems) > SHOWN:
-        print_error(f"and {len(problems) - SHOWN} more of these; --json has all")
+        print_error(f"and {len(problems) - SHOWN} more; --json has all")
 
 
 def _print_notes(comparison: Comparison, arguments: argparse.Namespace) -> None:

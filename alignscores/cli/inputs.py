@@ -5,20 +5,13 @@ from contextlib import suppress
 from pathlib import Path
 
 from ..evaluation.matching import files_below
-from ..trajectories.files import STDIN
 from ..writing import check_target
 
-__all__ = ["check_stdin_read_once", "refuse_to_replace"]
-
-
-def check_stdin_read_once(files: Iterable[str | None]) -> None:
-    """Raise an error if stdin is given twice."""
-    if list(files).count(STDIN) > 1:
-        raise ValueError("stdin (-) can be one file only")
+__all__ = ["refuse_to_replace"]
 
 
 def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]) -> None:
-    """Refuse outputs, by option, that cannot be written or are an input or another output."""
+    """Check that the outputs, by option, can be written and replace no input or other output."""
     files = [file for path in inputs for file in files_below(path)]
     known = {_identity(file): file for file in files}
     used: dict[Path, str] = {}

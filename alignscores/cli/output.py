@@ -20,6 +20,9 @@ __all__ = ["json_text", "one_line", "print_error", "print_note", "show_json", "s
 __all__ += ["show_table", "table_width"]
 
 
+GENERAL = "file", "estimate", "metric"  # kinds whose notes differ
+
+
 def json_text(
     settings: Settings,
     reference: str,
@@ -106,11 +109,12 @@ def print_notes(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
     """Print the notes on all and on each estimate on stderr, a line for those that are alike."""
     for note in notes:
         print_note(note)
-    of_kind: dict[str, list[str]] = {}
+    alike: dict[str, list[str]] = {}
     for evaluation in scored:
         for one in evaluation.notes:
-            of_kind.setdefault(one.kind, []).append(one.named(evaluation.name))
-    for first, *others in of_kind.values():
+            kind = str(one) if one.kind in GENERAL else one.kind
+            alike.setdefault(kind, []).append(one.named(evaluation.name))
+    for first, *others in alike.values():
         print_note(f"{first} (and {len(others)} more of this kind)" if others else first)
 
 

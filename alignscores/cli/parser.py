@@ -77,7 +77,7 @@ class Parser(argparse.ArgumentParser):
             groups[option.group].add_argument(f"--{name}", default=default, help=help, **kind)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
-        """Return the arguments; those of other programs end in a hint."""
+        """Return the arguments; options of other programs end in a hint."""
         for argument in arguments:
             if hint := ELSEWHERE.get(argument.partition("=")[0]):
                 self.error(f"{argument}: {hint}")

@@ -131,7 +131,7 @@ def profiles_csv(scored: Sequence[Evaluation]) -> str:
 def aligned_files(
     scored: Sequence[Evaluation], files: Targets
 ) -> Iterator[tuple[Path, bytes | ValueError]]:
-    """Yield estimates in the reference's world, with its time stamps: as TUM, or KITTI without.
+    """Yield estimates in the reference's frame, with its time stamps: as TUM, or KITTI without.
 
     They have all their poses, whether they were matched or not, aligned as in the TAS.
     """

@@ -13,11 +13,11 @@ from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..texts import printable, unique_names
 from ..trajectories.extras import require
-from ..trajectories.files import FAILURES, FileError, read_stamps
+from ..trajectories.files import FAILURES, STDIN, FileError, read_stamps
 from ..trajectories.formats import FORMATS
 from ..trajectories.recognition import recognise
 from ..version import __version__
-from .inputs import check_stdin_read_once, refuse_to_replace
+from .inputs import refuse_to_replace
 from .metrics import alias_notes, metre_notes
 from .output import one_line, print_error, print_note, show_json, show_progress, show_table
 from .parser import Parser, metric_names, output_file
@@ -119,7 +119,8 @@ def run(argv: Sequence[str]) -> int:
         _set_outputs(arguments, settings)
     inputs = [arguments.reference, *arguments.estimates]
     inputs += [str(settings.frames)] if settings.frames is not None else []
-    check_stdin_read_once(inputs)
+    if inputs.count(STDIN) > 1:
+        raise ValueError("stdin (-) can be one file only")
     refuse_to_replace(inputs, _outputs(arguments))
     _require_extras(arguments)
 
@@ -162,7 +163,7 @@ def _set_files(parser: Parser, arguments: argparse.Namespace) -> None:
 
 
 def _check(parser: Parser, arguments: argparse.Namespace, settings: Settings) -> None:
-    """Refuse formats that do not match, and options without a meaning for the format."""
+    """Check that the formats match, and that the options have a meaning for them."""
     form, est_form = settings.form, settings.est_form
     if form.ordered != est_form.ordered:
         parser.error(f"{arguments.est_format} estimates cannot be matched to {arguments.format}")
@@ -197,7 +198,7 @@ def _outputs(arguments: argparse.Namespace) -> Iterator[tuple[str, Path]]:
 
 
 def _require_extras(arguments: argparse.Namespace) -> None:
-    """Refuse outputs for which something is missing on this machine."""
+    """Check that the packages and the display for the outputs are there."""
     if arguments.save_results:
         require("evo", "evo")
     if arguments.save_plot:

@@ -9,7 +9,7 @@ from ..texts import padded, text_width
 
 __all__ = ["LEGEND", "shortened", "table"]
 
-COLUMNS = (  # those of lower rank go first where the terminal is narrow
+COLUMNS = (  # a narrow terminal loses columns from the right
     *("TAS", "RAS", "PAS", "half [{unit}]", "half [deg]"),
     *("median [{unit}]", "median [deg]", "ATE [{unit}]", "tracked"),
 )
@@ -21,7 +21,7 @@ half           smallest threshold at which the TAS, or the RAS, reaches one half
 median         error of the tracked frames, under the same alignment as the scores
 ATE            RMSE of the positions after the least-squares alignment
 tracked        share of the time, or of the images, with a pose
-d              largest threshold of the TAS; that of the RAS is {degrees:g} degrees"""
+d              largest threshold of the TAS; the RAS has {degrees:g} degrees"""
 
 
 def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[str]]:
@@ -72,10 +72,10 @@ def _cut(name: str, width: int, number: str = "") -> str:
     """Return a name with dots in its middle, and a number at its end, if it is too wide."""
     if text_width(name) <= width:
         return name
-    kept = width - 2 - len(number)
+    length = width - 2 - len(number)
     start, end = name, name
-    while text_width(start) > kept - kept // 2:
+    while text_width(start) > length - length // 2:
         start = start[:-1]
-    while text_width(end) > kept // 2:
+    while text_width(end) > length // 2:
         end = end[1:]
     return f"{start}..{end}{number}"

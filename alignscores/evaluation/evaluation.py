@@ -387,9 +387,9 @@ class Evaluation:
         Parameters
         ----------
         kind : {"errors", "trajectory", "time", "scores"}, optional
-            Errors over time with lost time shaded; the aligned trajectory coloured by its error;
-            positions and angles over time; or frames below each threshold and scores over their
-            largest thresholds. By default all of them.
+            Errors over time, shaded where there is no pose; the aligned trajectory coloured by its
+            error; positions and angles over time; or frames below each threshold and scores over
+            their largest thresholds. By default all of them.
         plot_mode : {"xy", "xz", "yz", "xyz"}, optional
             Axes of the trajectory; by default the two longest.
 

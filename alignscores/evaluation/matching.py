@@ -40,7 +40,7 @@ FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in
 
 
 def files_below(path: str | Path) -> Iterator[Path]:
-    """Yield the file, or those of a COLMAP model, or of the models in a folder, sorted."""
+    """Yield a file, or the files in a folder and in its sub-folders, sorted."""
     root = Path(path)
     if root.is_dir():
         yield from sorted(file for file in [*root.glob("*"), *root.glob("*/*")] if file.is_file())
@@ -57,7 +57,9 @@ def in_memory(reference: Any, estimate: Any, times: Any = None) -> tuple[Any, An
         if not (isinstance(value, (str, PathLike, Trajectory)) or is_model(value))
     }
     if times is not None and len(arrays) < 2:
-        raise ValueError("times are those of two arrays of poses; files and Trajectory have theirs")
+        raise ValueError(
+            "times need two arrays of poses; files and Trajectory have their own stamps"
+        )
     stamps = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
     for (name, poses), given in zip(arrays.items(), stamps, strict=False):
         keys = np.arange(len(poses)) if given is None else real_array(given, "times")
@@ -202,7 +204,7 @@ def _found_offset(reference: Trajectory, estimate: Trajectory) -> float:
         return found.seconds
     if estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
         raise ValueError(
-            "no time offset makes its motions fit those of the reference; --t_offset X sets one"
+            "no time offset makes its motions fit the reference's; --t_offset X sets one"
             f"{unit_hint(reference.keys, estimate.keys)}"
         )
     return 0.0

@@ -280,7 +280,7 @@ class Settings:
     )
     repeat: int = _setting(
         10,
-        "seeds, from --seed on, of which TAS and PAS by pcr99 are means; the refined registration, "
+        "number of seeds, from --seed on, over which pcr99 averages TAS and PAS; refined, "
         "which hardly depends on the seed, takes one",
         number=int,
         least=1,

@@ -52,7 +52,7 @@ const AlignmentCharts = (() => {
   }
 
   // An empty chart in place of what the host holds: grid, axes, and the scales to draw with. An axis
-  // is { domain, log, label }, that of y has a format; a margin of the paper's edge is in pixels.
+  // is { domain, log, label }, y's has a format; margins are in pixels.
   function frame(host, { label, x, y, height = 220, top = 12, right = 16, bottom = 40, left = 44 }) {
     const width = Math.max(host.clientWidth, 200);
     const svg = element("svg", {

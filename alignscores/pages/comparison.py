@@ -114,7 +114,7 @@ def _list(lines: Sequence[str]) -> str:
 
 
 def _panels(drawings: dict[str, str]) -> str:
-    """Return drawings side by side, each with its caption."""
+    """Return drawings, each with its caption."""
     figures = (
         f"<figure><figcaption>{escape(name)}</figcaption>{drawing}</figure>"
         for name, drawing in drawings.items()
@@ -148,7 +148,7 @@ def _runs(summary: Summary, by: str, sequence: str) -> str:
 
 
 def _pooled_errors(summary: Summary, system: str, sequence: str) -> dict[str, str] | None:
-    """Return errors of positions, in d, and of rotations that stand for those of all runs.
+    """Return quantiles of the errors of all runs: of positions in d, and of rotations.
 
     None where the system was not tried.
     """

@@ -105,7 +105,7 @@ def errors_over_time(
 ) -> str:
     """Draw the median position error of each system over time, and a band for each run.
 
-    `times` are those of the rows of the reference, and `largest` the errors, in d and in degrees,
+    `times` are the times of the reference's rows, and `largest` the errors, in d and in degrees,
     from which a camera is an outlier. Where most runs have no pose the time is shaded.
     """
     scored = [outcome for own in runs.values() for outcome in own]

@@ -46,7 +46,7 @@
   const rows = Array.from(new Set(estimates.flatMap((one) => [...one.rows]))).sort((a, b) => a - b);
 
   // State; the keys are those of the address.
-  const kept = setting({
+  const saved = setting({
     threshold: [run.threshold, positive],
     degrees: [run.degrees, positive],
     weight: [run.weight, (value) => value >= 0 && value <= 1],
@@ -57,7 +57,7 @@
     tilt: [0, (value) => Math.abs(value) <= 90],
     near: [1, positive],
   }, render);
-  const { state } = kept;
+  const { state } = saved;
   const SETTING = ["threshold", "degrees", "weight", "missing"];
   const factor = (kind) => (kind === "position" ? state.threshold : state.degrees);
   const largest = (kind) => KINDS[kind].unit * factor(kind);
@@ -83,7 +83,7 @@
       ];
       cells[index].forEach((cell, column) => { cell.textContent = values[column]; });
     });
-    const isRun = kept.isDefault(SETTING);
+    const isRun = saved.isDefault(SETTING);
     const rotations = hasRotations ? ` and ${number(state.degrees)} degrees, weight ${number(state.weight)}` : "";
     text("setting", `Up to ${number(state.threshold)} d${rotations}, lost frames `
       + `${state.missing === "fail" ? "score 0" : "are left out"}: ${isRun ? "as in the run" : "not as in the run"}.`);
@@ -94,13 +94,13 @@
     threshold: [roundNumbers(0.01, 100), (value) => `${number(value)} d = ${number(value * run.unit)} ${data.unit}`],
     degrees: [roundNumbers(0.1, 180), (value) => `${number(value)} degrees`],
     weight: [WEIGHTS, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
-  }, kept, SETTING);
+  }, saved, SETTING);
   at("missing").disabled = !estimates.some((one) => one.lost.includes(1));
 
   // One frame of the reference that is picked in a chart and marked in the trajectories.
   function pick(row) {
     state.camera = row;
-    kept.write();
+    saved.write();
     drawScene();
   }
   const errorOf = (one, kind, row) => one[kind][one.cameraOf.get(row)] ?? NaN;
@@ -291,7 +291,7 @@
     Object.assign(state, changes);
     state.tilt = Math.min(Math.max(state.tilt, -90), 90);
     state.near = Math.min(Math.max(state.near, 0.25), 64);
-    kept.write();
+    saved.write();
     drawScene();
   }
   let held = null; // where the pointer was last, while it is down
@@ -326,7 +326,7 @@
   text("title", data.title);
   text("kicker", `${run.aligned}; d = ${number(run.unit)} ${data.unit}`);
   document.querySelectorAll(".unit").forEach((place) => { place.textContent = `[${data.unit}]`; });
-  text("alignment", "At other thresholds the scores are those of the run's alignment; the command aligns anew, so that its TAS may be slightly higher.");
+  text("alignment", "At other thresholds the scores keep the run's alignment; the command aligns anew, so its TAS may be slightly higher.");
   at("notes").append(...estimates.flatMap((one) => one.notes).map((note) => html("li", {}, note)));
   text("origin", `alignscores ${data.version}, from ${data.reference} and ${estimates.map((one) => one.file).join(", ")}`);
   at("ramp").querySelector(".ramp").style.background = `linear-gradient(90deg, ${RAMP.join(", ")})`;

@@ -5,7 +5,7 @@
   AlignmentTables.sortable(table, ["descending", "ascending"], () => table.tBodies[0].rows);
 })();
 
-// The scores of all systems at any thresholds, from errors that stand for those of all runs.
+// The scores of all systems at any thresholds, from quantiles of the errors of all runs.
 (() => {
   "use strict";
   const { curves, html, number, responsive } = AlignmentCharts;
@@ -22,7 +22,7 @@
   }
 
   const positive = (value) => value > 0 && value < Infinity;
-  const kept = setting({
+  const saved = setting({
     sequence: [-1, (value) => value in data.sequences],
     trajectory: [0, (value) => at(`own-${value}`) !== null],
     view: ["", () => true],
@@ -30,7 +30,7 @@
     degrees: [data.setting.degrees, positive],
     weight: [data.setting.weight, (value) => value >= 0 && value <= 1],
   }, render);
-  const { change, state } = kept;
+  const { change, state } = saved;
   const SETTING = ["threshold", "degrees", "weight"];
   const largest = (kind) => (kind === "position" ? state.threshold : state.degrees);
   const chosen = () => (state.sequence < 0 ? everything : [state.sequence]);
@@ -51,11 +51,11 @@
     threshold: [roundNumbers(0.02, 100), (value) => `${number(value)} d`],
     degrees: [roundNumbers(0.1, 180), (value) => `${number(value)} degrees`],
     weight: [WEIGHTS, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
-  }, kept, SETTING);
+  }, saved, SETTING);
   data.sequences.forEach((name, index) => at("sequence").add(new Option(name, index)));
   at("sequence").addEventListener("change", (event) => change({ sequence: event.target.value }));
 
-  // The page of one's own files on a sequence, in a frame; it is made of its data and what is around
+  // The page of the runs on a sequence, in a frame; it is made of its data and what is around
   // the data in all of them. `view` is what stands after the # of its address.
   const pages = new Map();
   let framed;
@@ -85,7 +85,7 @@
     if (event.source !== document.querySelector("#own iframe")?.contentWindow || typeof event.data !== "string") return;
     state.view = event.data;
     addressFrame();
-    kept.write();
+    saved.write();
   });
 
   const rows = data.systems.map((name) => {
@@ -118,7 +118,7 @@
     });
     showControls();
     at("sequence").value = state.sequence;
-    const isRun = kept.isDefault(SETTING);
+    const isRun = saved.isDefault(SETTING);
     at("setting").textContent = `${state.sequence < 0 ? "Over all sequences" : data.sequences[state.sequence]}, up to ${number(state.threshold)} d and `
       + `${number(state.degrees)} degrees, weight ${number(state.weight)}: ${isRun ? "as in the run" : "not as in the run"}.`;
     at("reset").disabled = isRun;

@@ -201,7 +201,7 @@ def match(
     missing : {"ignore", "fail"}
         Whether frames without an estimated pose are left out, or count as failures.
     unit : float, optional
-        d; by default that of the positions of the expected frames.
+        d; by default it is computed from the positions of the expected frames.
 
     Returns
     -------
@@ -545,10 +545,10 @@ def _first_rows(keys: NDArray[Any], whose: str, there: Booleans | None = None) -
         rows = np.argsort(keys, kind="stable")
     if there is not None:
         rows = rows[there[rows]]
-    kept = rows[_is_first(keys[rows])]
-    if whose == "reference" and len(kept) < len(rows):
-        _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(kept)}")
-    return kept
+    first = rows[_is_first(keys[rows])]
+    if whose == "reference" and len(first) < len(rows):
+        _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(first)}")
+    return first
 
 
 def _is_first(values: NDArray[Any]) -> Booleans:

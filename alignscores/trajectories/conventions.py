@@ -1,4 +1,4 @@
-"""Mistakes of convention in an estimate, told from inaccuracy.
+"""Mistakes of convention in an estimate, distinguished from inaccuracy.
 
 With R_i, R̂_i the camera-to-world rotations and Q the rotation between the frames:
 
@@ -68,7 +68,7 @@ class Convention:
     rotations_inverted : bool
         Whether the rotations alone are world-to-camera, and the positions are camera centres.
     quaternions_shifted : bool
-        Whether the rotations are those of quaternions whose w is at the wrong end.
+        Whether w is at the wrong end of the quaternions.
     body_rotation : (3, 3) ndarray or None
         The estimate's camera axes (columns) in the reference's camera frame; None where it is the
         same frame, or no other one explains the estimate.
@@ -281,8 +281,8 @@ def _axes_of_turns(rotations: Floats) -> Floats:
 
 def _approximate_ras(gt: Floats, est: Floats) -> float:
     """Return the RAS with infinitely many thresholds; 0 where only few cameras fit, by chance."""
-    world = tlud_mean(est @ gt.swapaxes(1, 2))
-    errors = rotation_angles((world @ gt).swapaxes(1, 2) @ est)
+    frame = tlud_mean(est @ gt.swapaxes(1, 2))
+    errors = rotation_angles((frame @ gt).swapaxes(1, 2) @ est)
     if np.sum(errors < NEAR_DEG) < MIN_CAMERAS:
         return 0.0
     return float(np.maximum(1 - errors / NEAR_DEG, 0).mean())

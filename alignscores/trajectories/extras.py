@@ -7,7 +7,7 @@ __all__ = ["require"]
 
 
 def require(module: str, extra: str) -> Any:
-    """Import a module of an optional package; say which extra brings it where it is missing."""
+    """Import a module of an optional package; the error names the extra that installs it."""
     package = module.partition(".")[0]
     try:
         importlib.import_module(package)

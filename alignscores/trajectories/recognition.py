@@ -35,7 +35,7 @@ def recognise(path: FilePath, columns: str | None = None) -> str:
     `columns` are those of a text table, where they are named.
     """
     if path == STDIN:
-        raise FileError(path, f"nothing tells the format of what stands on stdin; {NAME_IT}")
+        raise FileError(path, f"the format of stdin is unknown; {NAME_IT}")
     file = Path(path)
     if file.is_dir():
         if (file / "metadata.yaml").is_file():

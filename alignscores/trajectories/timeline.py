@@ -2,7 +2,7 @@
 
 The expected frames depend on the reference and the options alone, never on the estimate. Each
 estimated pose covers half the largest gap before and after its own time. So keyframes are scored
-like all frames, and the time of a lost track is lost.
+like all frames, and an interruption lowers the scores by its share of the time.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from .files import Trajectory
 __all__ = ["covered_frames", "nearest_stamps", "reference_at", "reference_gap", "sampled_rows"]
 
 ROUNDING = 1e-6  # seconds, of time stamps
-STILL_DEG = 10.0  # degrees; the largest threshold of the RAS, as d is that of the TAS
+STILL_DEG = 10.0  # degrees; the largest threshold of the RAS, as d is of the TAS
 
 
 def sampled_rows(stamps: Floats, rate: float) -> Indices:

@@ -50,7 +50,7 @@ def find_offset(
 ) -> TimeOffset | None:
     """Return the offset at which the motions of an estimate agree best with the reference's.
 
-    Offsets up to 1 s are tried and, with `anywhere`, if none of these is certain, all at which the
+    It tries offsets up to 1 s and, with `anywhere` and if none is certain, all offsets at which the
     two have time in common. None where there are too few motions to compare.
     """
     motions = _Motions.sampled(reference, estimate)

@@ -13,11 +13,8 @@ import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import compare
+from alignscores import check_conventions, compare, evaluate
 from alignscores.cli import main
-from alignscores.trajectories.association import match
-from alignscores.trajectories.conventions import find_convention, seem_swapped
-from alignscores.trajectories.files import read_kitti, read_tum
 
 
 class Pair(NamedTuple):
@@ -65,32 +62,34 @@ def test_command_line(real, pair, capsys):
         assert false_alarm not in printed.err
 
 
+def shifted(rotations):
+    """Return rotations of which w was read as the last part of a quaternion, though it is first."""
+    return Rotation.from_quat(
+        Rotation.from_matrix(rotations).as_quat()[:, [3, 0, 1, 2]]
+    ).as_matrix()
+
+
+OPENGL = np.diag([1.0, -1.0, -1.0])
+MISTAKES = {
+    "no mistake is found": lambda rotations: rotations,
+    "the quaternions have w at the wrong end": shifted,
+    "the estimated rotations are world-to-camera": lambda rotations: rotations.swapaxes(1, 2),
+    "the camera frame is rotated: 180 deg about x": lambda rotations: rotations @ OPENGL,
+}
+
+
 @each_pair
-def test_conventions(real, pair):
-    """No false alarm, and the alarm for a mix-up made on purpose."""
-    read = read_kitti if pair.form == "kitti" else read_tum
-    reference, estimate = read(real / pair.reference), read(real / pair.estimate)
-    if pair.form == "tum":
-        assert seem_swapped(estimate, reference)
-        assert not seem_swapped(reference, estimate)
-        with pytest.warns(UserWarning, match="duplicates in the reference"):
-            matches = match(reference, estimate)
-    else:
-        matches = match(reference, estimate)
-    found = find_convention(matches.gt_poses, matches.est_poses)
-    assert found.body_rotation is None
-    assert not found.inverted
-    assert not found.mirrored
-    opengl = np.diag([1.0, -1.0, -1.0, 1.0])
-    found = find_convention(matches.gt_poses, matches.est_poses @ opengl)
-    np.testing.assert_array_equal(found.body_rotation, opengl[:3, :3])
-    found = find_convention(matches.gt_poses, np.linalg.inv(matches.est_poses))
-    assert found.inverted
-    assert found.body_rotation is None
-    quaternions = Rotation.from_matrix(matches.est_poses[:, :3, :3]).as_quat()
-    shifted = matches.est_poses.copy()
-    shifted[:, :3, :3] = Rotation.from_quat(quaternions[:, [3, 0, 1, 2]]).as_matrix()
-    assert find_convention(matches.gt_poses, shifted).quaternions_shifted
+def test_each_mistake_of_convention_is_told_by_its_name(real, pair):
+    found = evaluate(real / pair.reference, real / pair.estimate, missing="ignore").matches
+    for words, mistake in MISTAKES.items():
+        wrong = found.est_poses.copy()
+        wrong[:, :3, :3] = mistake(wrong[:, :3, :3])
+        assert str(check_conventions(found.gt_poses, wrong)).startswith(words)
+    inverted = np.linalg.inv(found.est_poses)
+    assert (
+        str(check_conventions(found.gt_poses, inverted))
+        == "the estimated poses are world-to-camera"
+    )
 
 
 def test_the_means_of_visual_inertial_systems_on_a_page(real):

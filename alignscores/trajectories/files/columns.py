@@ -107,7 +107,7 @@ def _without_parts(names: Sequence[str]) -> list[str]:
 
 
 def _is_plausible(row: dict[str, str]) -> bool:
-    """Tell whether a row has a rotation, or nan, where there should be one."""
+    """Return whether a row has a rotation, or nan, where there should be one."""
     with suppress(ValueError):
         if "qw" in row:
             length = np.linalg.norm([float(row[name]) for name in QUATERNION])

@@ -108,7 +108,7 @@ class Table:
         return FileError(self.path, reason, place=f"line {self.line}")
 
     def _check_header(self, n_names: int) -> None:
-        """Refuse a table whose columns have other names."""
+        """Check that the columns have no other names."""
         if re.search("latitude|(?<![a-z])lat(?![a-z])", self.header.lower()):
             raise FileError(self.path, "has latitudes; it takes positions x, y, z in one unit")
         if self.header and not self.header.startswith(COMMENTS) and n_names == len(self.first):

@@ -82,7 +82,7 @@ def most_bytes() -> int:
 
 
 def refuse_more(path: FilePath, number: int, most: int, unit: str = "bytes") -> None:
-    """Refuse a file that holds more than it may."""
+    """Raise an error for a file that is too large."""
     if number > most:
         raise FileError(path, f"has more than {most} {unit}; set {LIMIT} higher to read it")
 
@@ -146,7 +146,7 @@ def numbered_lines(path: FilePath) -> Lines:
 
 
 def is_number(field: str, *, finite: bool = False) -> bool:
-    """Tell whether a field holds a number, which may have to be finite."""
+    """Return whether a field holds a number; with `finite` a finite one."""
     try:
         return isfinite(float(field)) or not finite
     except ValueError:

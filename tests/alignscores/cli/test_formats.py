@@ -1,7 +1,6 @@
 """The same scene in every format."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -44,41 +43,6 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
 
 
 TIMED, NAMED = {"tum", "euroc"}, {"colmap", "nerf"}
-OPTIONS = {  # the formats that have it, what it sets in the JSON
-    "--missing ignore": (TIMED | NAMED, {"missing": "ignore"}),
-    "--t_start 1700000001": (TIMED, {"t_start": 1700000001.0}),
-    "--t_offset auto": (TIMED, {"t_offset": "auto"}),
-    "--frames tum/estimate.txt": (TIMED, {"frames": "tum/estimate.txt"}),
-    "--est_format tum": ({"tum", "euroc", "kitti"}, {"est_format": "tum"}),
-    "--save_aligned OUT.txt": (TIMED | {"kitti"}, {}),
-    "--unit 0.6": (set(FILES), {"unit": 0.6}),
-    "--alignment rigid": (set(FILES), {"alignment": "rigid", "up": None}),
-    "--alignment yaw --up y": (set(FILES), {"alignment": "yaw", "up": "y"}),
-    "--invert": (set(FILES), {"invert": True}),
-    "--body_rotation auto": (set(FILES), {"body_rotation": "auto"}),
-    "--save_results OUT.zip": (set(FILES), {}),
-}
-
-
-@pytest.mark.parametrize("option", OPTIONS)
-def test_options_work_for_the_formats_that_have_them(run, tmp_path, option):
-    """And are refused in one line by the others."""
-    having, settings = OPTIONS[option]
-    for form, files in FILES.items():
-        option_here = option.replace("OUT", str(tmp_path / form))
-        words = option_here.split()
-        code, out, err = run(form, *files, *words, "--json", "--repeat", 1)
-        if form in having:
-            assert code == 0
-            assert settings.items() <= json.loads(out).items()
-            assert (tmp_path / Path(words[-1]).name).exists() == ("OUT" in option)
-            invert = "seem to be camera-to-world" in err
-            assert invert == (option == "--invert")
-        else:
-            assert (code, out) == (2, "")
-            assert err.startswith("alignscores: error: ")
-            assert form in err or "cannot be matched" in err
-            assert err.count("\n") == 1
 
 
 @pytest.mark.parametrize("form", sorted(TIMED | NAMED))
@@ -102,19 +66,6 @@ def test_what_was_lost_is_told(form, score, run, examples, write, models):
     assert failed["RAS"] == pytest.approx(ignored["RAS"] * (40 - lost) / 40)
     _, out, _ = run(*files, "--missing", "ignore")
     assert ", lost ones left out; " in out
-
-
-def test_the_order_of_frames_in_the_file_changes_nothing(score, examples, write):
-    (colmap,) = score("colmap", *FILES["colmap"])
-    for seed in range(3):
-        files = []
-        for name in ("reference", "estimate"):
-            content = json.loads((examples / f"nerf/{name}.json").read_text())
-            np.random.default_rng(seed).shuffle(content["frames"])
-            files.append(write(json.dumps(content), f"{name}.json"))
-        (shuffled,) = score("nerf", *files)
-        assert shuffled["TAS_seeds"] == score("nerf", *FILES["nerf"])[0]["TAS_seeds"]
-        assert shuffled["TAS"] == pytest.approx(colmap["TAS"], abs=1e-12)
 
 
 @pytest.mark.parametrize(("form", "other"), [("colmap", "nerf"), ("nerf", "colmap")])

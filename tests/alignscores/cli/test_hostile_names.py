@@ -68,19 +68,3 @@ def test_no_escape_of_an_argument_reaches_the_terminal(run, arguments):
     code, out, err = run(*arguments)
     assert (code in (1, 2), out) == (True, "")
     assert is_plain(err)
-
-
-def test_no_escape_of_a_file_reaches_the_terminal(run_compare, tmp_path):
-    text = 'format: tum\nreference: "{sequence}"\nestimate: "{system}"\n"\\e[2J": 1\n'
-    (tmp_path / "b.yaml").write_text(text)
-    _, _, err = run_compare("b.yaml")
-    assert "unknown key" in err
-    assert is_plain(err)
-
-
-def test_no_escape_of_a_part_reaches_the_terminal(run, examples, tmp_path):
-    for name in ("0", "1\x1b[2J"):
-        shutil.copytree(examples / "colmap/estimate", tmp_path / "sparse" / name)
-    _, out, err = run("colmap", "colmap/reference", tmp_path / "sparse")
-    assert is_plain(out)
-    assert is_plain(err)

@@ -105,13 +105,6 @@ def test_no_output_replaces_an_input(here, examples, refused, option, whose, way
     refused(f"{REPLACED} {files[whose]}", *arguments, option, target)
 
 
-def test_no_file_of_several_estimates_replaces_one_of_them(here, examples, refused):
-    for name in ("a", "out_a.txt"):
-        shutil.copy(examples / "tum/estimate.txt", here / name)
-    arguments = "tum", examples / "tum/reference.txt", here / "a", here / "out_a.txt"
-    refused(REPLACED, *arguments, "--save_aligned", here / "out.txt")
-
-
 @pytest.mark.parametrize("way", LINKS)
 def test_no_output_replaces_a_file_of_a_model(here, examples, refused, way):
     for name in ("reference", "estimate"):
@@ -165,12 +158,6 @@ def test_no_page_replaces_a_file_of_a_benchmark(here, found_files, refused, whos
     target.symlink_to(here / BENCHMARK_FILES[whose])
     frames = "--frames", "desk/frames.html"
     refused(REPLACED, "compare", *found_files, *frames, "--html", target)
-
-
-def test_no_page_replaces_what_a_benchmark_is_compared_with(here, found_files, refused):
-    (here / "saved.json").write_text("{}")
-    options = "--baseline", "saved.json", "--html", symlink(here / "saved.json", ".html")
-    refused(f"{REPLACED} saved.json", "compare", *found_files, *options)
 
 
 def test_outputs_of_before_are_replaced(here, examples, command):

@@ -4,7 +4,6 @@ A case is a spoilt example: its format; whether it is reference, estimate or fra
 content or folder are edited; and the message.
 """
 
-import json
 import re
 import shutil
 
@@ -44,20 +43,6 @@ def field(number, column, text, separator=" "):
         fields = lines[number - 1].split(separator)
         fields[column] = text
         return line(number, separator.join(fields))(lines)
-
-    return edit
-
-
-def frame(number, **values):
-    """A frame of a transforms.json with other values; None leaves them out."""
-
-    def edit(lines):
-        content = json.loads("\n".join(lines))
-        content["frames"][number] |= values
-        for name in values:
-            if values[name] is None:
-                del content["frames"][number][name]
-        return json.dumps(content)
 
     return edit
 

@@ -1,12 +1,11 @@
 """One input has the same numbers from every door: Python, the command, and the comparison."""
 
 import json
-from dataclasses import fields
 
 import numpy as np
 import pytest
 
-from alignscores import Settings, compare, evaluate
+from alignscores import compare, evaluate
 from alignscores.evaluation.evaluation import finite_or_none
 from alignscores.metrics import metric
 from alignscores.trajectories.files import inverse_poses, read_stamps
@@ -155,14 +154,6 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     found = evaluate(*in_memory, **settings).to_dict()
     assert numbers(found) == numbers(expected)
     assert found["ate"] == expected["ate"]
-
-
-TOPICS = "ref_topic", "est_topic"  # of bags, which test_other_programs.py has
-
-
-def test_every_setting_has_a_case():
-    changed = {name for _, settings in CASES.values() for name in settings}
-    assert changed == {field.name for field in fields(Settings)} - {"format", *TOPICS}
 
 
 @pytest.mark.parametrize("form", sorted(FORMS))

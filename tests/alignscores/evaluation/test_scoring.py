@@ -5,8 +5,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import Trajectory, closest_pair_quartile, evaluate, pas, ras, tas, tas_distance
-from alignscores.evaluation.scoring import score
-from alignscores.evaluation.settings import Settings
 
 NAMES = np.array([f"{k:02}.png" for k in range(24)])
 
@@ -80,13 +78,3 @@ def test_trajectories_in_memory_are_like_a_format(kind):
     form = "arrays" if kind != "names" else "colmap"
     given = evaluate(reference._replace(keys=keys), Trajectory(keys[:n], whole), format=form)
     assert given.settings.format == form
-
-
-def test_conventions_are_looked_at_if_nothing_else_is_said():
-    reference, estimate, _ = scene()
-    estimate.poses[:, 2, 3] *= -1
-    settings = Settings(format="nerf")
-    noted = score(reference, estimate, settings, name="").notes
-    assert "mirrored" in [note.kind for note in noted]
-    unchecked = score(reference, estimate, settings, name="", check=False).notes
-    assert "mirrored" not in [note.kind for note in unchecked]

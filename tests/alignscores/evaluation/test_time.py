@@ -1,7 +1,4 @@
-"""Fair time: what the rule promises, of the command, of ``compare`` and of `evaluate`."""
-
-from functools import partial
-from pathlib import Path
+"""Time is the measure: the scores of keyframes, of all frames and of interrupted tracks."""
 
 import numpy as np
 import pytest
@@ -13,7 +10,6 @@ from alignscores import closest_pair_quartile, evaluate
 from alignscores.trajectories.files import Trajectory, read_tum
 
 N, RATE = 2401, 20  # two minutes
-ENTRIES = "TAS", "RAS", "PAS", "half_distance", "lost", "unit"
 
 
 def winding_path(n=N, rate=RATE):
@@ -49,55 +45,12 @@ def noisy(truth, seed):
     return Trajectory(truth.keys, poses)
 
 
-def write_tum(path, trajectory):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    lost = np.isnan(trajectory.poses[:, 0, 0])
-    rotations = np.where(lost[:, None, None], np.eye(3), trajectory.poses[:, :3, :3])
-    quaternions = np.where(lost[:, None], np.nan, Rotation.from_matrix(rotations).as_quat())
-    rows = np.column_stack([trajectory.keys, trajectory.poses[:, :3, 3], quaternions])
-    np.savetxt(path, rows, fmt="%.12f")
-
-
-def by_command(score, tmp_path, estimates, options):
-    files = [tmp_path / "s" / name / "0.txt" for name in estimates]
-    results = score("tum", tmp_path / "s/gt.txt", *files, *options)
-    return {Path(result["file"]).parent.name: result for result in results}
-
-
-def by_compare(compare, tmp_path, estimates, options):
-    patterns = tmp_path / "{sequence}/gt.txt", tmp_path / "{sequence}/{system}/{run}.txt"
-    results = compare("tum", *patterns, *options)["results"]
-    return {result["system"]: result for result in results}
-
-
-def by_evaluate(tmp_path, estimates, options):
-    names = [option.removeprefix("--") for option in options[::2]]
-    settings = dict(zip(names, options[1::2], strict=True))
-    truth = read_tum(tmp_path / "s/gt.txt")
+def scored(estimates, *, truth=TRUTH, **settings):
+    """Return the results of estimates, by their names."""
     return {
         name: evaluate(truth, estimate, **settings).to_dict()
         for name, estimate in estimates.items()
     }
-
-
-@pytest.fixture(params=["command", "compare", "evaluate"])
-def scored(request, score, compare, tmp_path):
-    """({name: estimate}, *options, truth=) -> {name: entries of its JSON output}."""
-    doors = {
-        "command": partial(by_command, score),
-        "compare": partial(by_compare, compare),
-        "evaluate": by_evaluate,
-    }
-
-    def scored(estimates, *options, truth=TRUTH):
-        write_tum(tmp_path / "s/gt.txt", truth)
-        for name, estimate in estimates.items():
-            write_tum(tmp_path / "s" / name / "0.txt", estimate)
-        found = doors[request.param](tmp_path, estimates, options)
-        return {name: {key: result[key] for key in ENTRIES} for name, result in found.items()}
-
-    scored.door = request.param
-    return scored
 
 
 def thinned(trajectory, seconds):
@@ -128,19 +81,8 @@ def without(trajectory, start, end):
     return of_rows(trajectory, (elapsed < start) | (elapsed > end))
 
 
-def test_a_result_is_the_same_alone_and_beside_any_others(scored):
-    estimates = {"all": noisy(TRUTH, 0), "lost": without(noisy(TRUTH, 2), 0.3, 0.5)}
-    estimates["keyframes"] = of_rows(noisy(TRUTH, 1), keyframes(0, N, longest=30))
-    together = scored(estimates)
-    assert scored(dict(reversed(estimates.items()))) == together
-    for name, estimate in estimates.items():
-        if scored.door != "compare":  # which reads what is in the folder
-            assert scored({name: estimate})[name] == together[name]
-    assert len({result["unit"] for result in together.values()}) == 1
-
-
 @pytest.mark.parametrize("reference_rate", [5, 20, 200])
-def test_perfect_estimates_score_one_at_any_rate(scored, reference_rate):
+def test_perfect_estimates_score_one_at_any_rate(reference_rate):
     truth = winding_path(40 * reference_rate, reference_rate)
     rows = {f"every {s} s": slice(None, None, round(s * reference_rate)) for s in (0.2, 0.6, 1.8)}
     rows["random"] = np.flatnonzero(np.random.default_rng(0).random(len(truth.keys)) < 0.5)
@@ -156,7 +98,7 @@ def test_perfect_estimates_score_one_at_any_rate(scored, reference_rate):
 
 
 @pytest.mark.parametrize("step", [1, 5, 30])
-def test_losing_a_tenth_of_the_time_costs_a_tenth(scored, step):
+def test_losing_a_tenth_of_the_time_costs_a_tenth(step):
     estimate = of_rows(TRUTH, slice(None, None, step))
     pieces = {"start": (-1, 0.1), "middle": (0.45, 0.55), "end": (0.9, 2)}
     found = scored({name: without(estimate, *piece) for name, piece in pieces.items()})
@@ -171,13 +113,11 @@ def test_a_pose_covers_half_the_largest_gap_on_either_side():
         assert found.lost * N / RATE == pytest.approx(N / RATE - covered, abs=0.2)
 
 
-def test_with_a_largest_gap_of_zero_each_frame_needs_a_pose(scored):
+def test_with_a_largest_gap_of_zero_each_frame_needs_a_pose():
     estimates = {"all": TRUTH, "half": of_rows(TRUTH, slice(0, None, 4))}  # of 10 Hz
-    found = scored(estimates, "--max_gap", 0)
+    found = scored(estimates, max_gap=0)
     assert [found[name]["lost"] for name in estimates] == [0, pytest.approx(0.5, abs=1e-3)]
-    assert scored(estimates, "--max_gap", 0, "--rate", "all")["half"]["lost"] == pytest.approx(
-        0.75, abs=1e-3
-    )
+    assert scored(estimates, max_gap=0, rate="all")["half"]["lost"] == pytest.approx(0.75, abs=1e-3)
 
 
 def test_d_and_the_number_of_frames_are_of_the_reference_alone():
@@ -201,7 +141,7 @@ def standing(n, step_deg=0.0):
 
 
 @pytest.mark.parametrize(("step_deg", "lost"), [(0.0, 0.0), (0.01, 0.0), (1.0, 0.18)])
-def test_a_gap_in_which_the_reference_stands_still_is_covered(scored, step_deg, lost):
+def test_a_gap_in_which_the_reference_stands_still_is_covered(step_deg, lost):
     truth = standing(1600, step_deg)
     estimate = of_rows(truth, np.setdiff1d(np.arange(2000), np.arange(801, 1199)))
     (result,) = scored({"estimate": estimate}, truth=truth).values()
@@ -209,7 +149,7 @@ def test_a_gap_in_which_the_reference_stands_still_is_covered(scored, step_deg, 
     assert result["PAS"] == pytest.approx(1 - lost, abs=0.01)
 
 
-def test_poses_are_compared_with_the_reference_at_their_own_time(scored):
+def test_poses_are_compared_with_the_reference_at_their_own_time():
     times = np.arange(0.013, 119.99, 0.31)
     slerp = Slerp(TRUTH.keys, Rotation.from_matrix(TRUTH.poses[:, :3, :3]))
     poses = np.tile(np.eye(4), (len(times), 1, 1))
@@ -218,7 +158,7 @@ def test_poses_are_compared_with_the_reference_at_their_own_time(scored):
     poses[:, :3, 3] = np.transpose(axes)
     estimate = {"between": Trajectory(times, poses)}
     assert scored(estimate)["between"]["PAS"] == 1
-    nearest = scored(estimate, "--sync", "nearest", "--t_max_diff", 0.03)["between"]
+    nearest = scored(estimate, sync="nearest", t_max_diff=0.03)["between"]
     assert 0.5 < nearest["PAS"] < 1
 
 
@@ -298,18 +238,19 @@ def test_all_poses_count_for_the_ate_whatever_frames_are_expected():
 
 
 @pytest.mark.parametrize("rows", [[0, 100, 300, 301, 302, N - 1], range(200, 320)])
-@pytest.mark.parametrize("options", [(), ("--missing", "ignore"), ("--max_gap", 0.25)])
-def test_a_pose_of_nan_is_one_that_is_left_out(scored, rows, options):
+@pytest.mark.parametrize("settings", [{}, {"missing": "ignore"}, {"max_gap": 0.25}])
+def test_a_pose_of_nan_is_one_that_is_left_out(rows, settings):
     truth = noisy(TRUTH, 0)
     poses = truth.poses.copy()
     poses[list(rows), :3] = np.nan
     left_out = of_rows(truth, np.setdiff1d(np.arange(N), rows))
     estimates = {"nan": Trajectory(truth.keys, poses), "left out": left_out}
-    found = scored(estimates, *options)
-    assert found["nan"] == found["left out"]
+    nan, left_out = scored(estimates, **settings).values()
+    for name in ("TAS", "RAS", "PAS", "half_distance", "lost", "unit"):
+        assert nan[name] == left_out[name]
 
 
-def test_an_estimate_of_nan_alone_scores_zero(scored):
+def test_an_estimate_of_nan_alone_scores_zero():
     poses = np.full_like(TRUTH.poses, np.nan)
     assert scored({"nan": Trajectory(TRUTH.keys, poses)})["nan"]["PAS"] == 0
 

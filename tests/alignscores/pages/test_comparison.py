@@ -4,7 +4,6 @@ import json
 import re
 from html.parser import HTMLParser
 
-import numpy as np
 import pytest
 
 YAML = """\
@@ -80,44 +79,6 @@ def section(text, name):
 
 def numbers_of(drawing, pattern):
     return [float(number) for number in re.findall(pattern, drawing)]
-
-
-def test_dots_are_the_runs_and_bars_the_means_on_a_zoomed_axis(patterns, page, compare):
-    drawing, _ = re.findall("<svg.*?</svg>", section(page(*patterns), "runs"))  # car, helix
-    values = [
-        [
-            one["PAS"]
-            for one in compare(*patterns)["results"]
-            if (one["sequence"], one["system"], one["status"]) == ("car", system, "scored")
-        ]
-        for system in ("a_b", "c")
-    ]
-    assert list(map(len, values)) == [3, 2]  # one is missing
-    assert ">c †1</text>" in drawing
-    x = numbers_of(drawing, r'<circle class="dot" cx="([\d.]+)"')
-    shown = np.concatenate(values)
-    slope, start = np.polyfit(shown, x, 1)
-    assert x == pytest.approx(start + slope * shown, abs=0.1)
-    means = numbers_of(drawing, r'<path class="mean" d="M([\d.]+)')
-    assert means == pytest.approx([start + slope * np.mean(own) for own in values], abs=0.1)
-    assert max(x) - min(x) > 200
-
-
-def test_differences_have_their_intervals(patterns, page, compare):
-    text = section(page(*patterns), "differences")
-    (pair,) = (
-        one
-        for one in compare(*patterns)["comparisons"]
-        if (one["metric"], one["sequence"]) == ("PAS", None)
-    )
-    assert "a_b − c: wins 100%, p = 0.00" in text
-    ((low, high),) = re.findall(r'class="span" d="M([\d.]+) [\d.]+H([\d.]+)"', text)
-    (value,) = numbers_of(text, r'class="dot" cx="([\d.]+)"')
-    (zero,) = numbers_of(text, r'class="rule" d="M([\d.]+)')
-    scale = (value - zero) / pair["difference"]
-    assert [float(low), float(high)] == pytest.approx(
-        [zero + scale * pair[end] for end in ("low", "high")], abs=0.2
-    )
 
 
 def test_errors_over_time_have_gaps_and_a_band_a_run(benchmark_of, page, tmp_path):

@@ -32,7 +32,7 @@ def test_where_nothing_tells_the_format(tmp_path):
     (tmp_path / "metadata.yaml").mkdir()
     for path, reason in (
         (str(tmp_path), "is a folder with no COLMAP model, bag or matrices in .txt files"),
-        ("-", "nothing tells the format of what stands on stdin"),
+        ("-", "the format of stdin is unknown"),
     ):
         with pytest.raises(FileError) as caught:
             recognise(path)

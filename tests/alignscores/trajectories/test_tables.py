@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from alignscores.trajectories.files import (
     FileError,
-    TrajectoryWarning,
     read_euroc,
     read_kitti,
     read_tum,
@@ -36,7 +35,6 @@ VALUES = {
 }
 Q, W = "x y z qx qy qz qw", "x y z qw qx qy qz"
 MATRIX = "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
-COVARIANCES = " -" * 12
 EUROC = (
     "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
     "q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1]"
@@ -205,12 +203,6 @@ def test_what_is_unusual_is_noted(write, recwarn, text, notes):
         assert re.fullmatch(f".*est.txt: {note}.*", str(warning.message))
     without = "zero" in text or any("rot" in note for note in notes)
     assert np.isfinite(poses[0, :3, :3]).all() != without
-
-
-def test_a_pose_with_a_quaternion_of_zeros_was_not_estimated(write):
-    with pytest.warns(TrajectoryWarning, match="not estimated"):
-        _, poses = read_tum(write(f"{made(TUM)[0]}9 0 0 0 0 0 0 0\n"))
-    assert np.isfinite(poses[:, :3]).all(axis=(1, 2)).tolist() == [True] * N + [False]
 
 
 def test_fields_may_be_empty(write):
