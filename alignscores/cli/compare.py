@@ -37,10 +37,10 @@ from ..parallel import available_processors
 from ..texts import printable
 from ..trajectories.formats import FORMATS
 from ..writing import write_whole
-from .inputs import refuse_to_replace
 from .metrics import alias_notes
 from .output import print_error, print_note, show_progress, table_width
 from .parser import Parser, metric_names, number_type, output_file
+from .saving import refuse_to_replace
 
 __all__ = ["compare_parser", "run"]
 

@@ -17,11 +17,10 @@ from ..trajectories.files import FAILURES, STDIN, FileError, read_stamps
 from ..trajectories.formats import FORMATS
 from ..trajectories.recognition import recognise
 from ..version import __version__
-from .inputs import refuse_to_replace
 from .metrics import alias_notes, metre_notes
 from .output import one_line, print_error, print_note, show_json, show_progress, show_table
 from .parser import Parser, metric_names, output_file
-from .saving import save, show_plot, targets
+from .saving import refuse_to_replace, save, show_plot, targets
 
 __all__ = ["run", "score_parser"]
 
