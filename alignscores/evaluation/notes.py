@@ -63,7 +63,7 @@ def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
     """Return the notes on scores; with `check` those on mistakes and low scores, too."""
     timed = evaluation.estimate.keys.dtype.kind == "f"
     of_matching = (
-        (unmatched_poses, left_out_frames, duplicates, few_poses, longer_gaps, ignored_time)
+        (unmatched_poses, left_out_frames, duplicates, few_poses, ignored_time)
         if timed
         else (unmatched_images,)
     )
@@ -127,21 +127,6 @@ def few_poses(evaluation: Evaluation) -> Note | None:
     n = evaluation.matches.n_poses
     text = f"only {n} of its poses are scored, so few can fit by chance"
     return Note("few", text) if n < 20 else None
-
-
-def longer_gaps(evaluation: Evaluation) -> Note | None:
-    """Note that 5 % of the time is lost in gaps of one to three times the largest gap."""
-    matches, max_gap = evaluation.matches, evaluation.settings.max_gap
-    stamps = np.sort(evaluation.estimate.keys[matches.pose_rows])
-    gaps = np.diff(stamps)
-    lost_at = matches.keys[matches.est_rows < 0]
-    is_lost = np.isin(np.arange(len(gaps)), np.searchsorted(stamps, lost_at) - 1)
-    longer = gaps[is_lost & (gaps > max_gap) & (gaps <= 3 * max_gap)]
-    if longer.sum() <= 0.05 * np.ptp(matches.keys):
-        return None
-    share, longest = longer.sum() / np.ptp(matches.keys), math.ceil(10 * longer.max()) / 10
-    text = f"{share:.0%} of the time is in gaps of {max_gap:g} to {longest:g} s between its poses"
-    return Note("gaps", text, f"--max_gap {longest:g} covers them, for all estimates")
 
 
 def ignored_time(evaluation: Evaluation) -> Note | None:

@@ -13,7 +13,6 @@ or by half of what is missing to 1: noise, lost cameras or drift fit under none 
 """
 
 from dataclasses import dataclass, replace
-from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,11 +49,6 @@ COMMON = {  # swaps of axes that have a use: B, and its name
     f"as a frame with {BODY} to a camera with {CAMERA}": OF_BODY,
     f"as a camera with {CAMERA} to a frame with {BODY}": OF_BODY.T,
 }
-AXES = [  # the 24 rotations that take axes to axes, the identity first
-    rotation
-    for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3))
-    if np.linalg.det(rotation := np.eye(3)[list(order)] * np.array(signs)[:, None]) > 0
-]
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,9 +172,6 @@ def describe_rotation(rotation: Floats) -> str:
     for name, axes in COMMON.items():
         if np.allclose(rotation, axes):
             return name
-    if np.allclose(np.abs(rotation).max(axis=0), 1):
-        of = [f"{'-' if c.sum() < 0 else '+'}{'xyz'[np.abs(c).argmax()]}" for c in rotation.T]
-        return f"its x, y, z are the reference's {', '.join(of)}"
     angles, axes = angles_and_axes(rotation[None])
     axis = ", ".join(f"{part:.2f}" for part in axes[:, 0])
     return f"{np.degrees(angles[0]):.1f} deg about ({axis})"
@@ -244,8 +235,8 @@ def _of_rotations(gt: Floats, est: Floats, quaternions: bool) -> Convention:
 def _fitted_frame(gt: Floats, est: Floats) -> Floats:
     """Return the constant B with R̂_i ≈ Q R_i B.
 
-    Between two cameras both turn by the same angle, about axes that B takes to each other. A swap
-    of axes that fits about as well is preferred.
+    Between two cameras both turn by the same angle, about axes that B takes to each other. A B
+    near a common one is that: what is between them is inaccuracy.
     """
     true, given = _axes_of_turns(gt), _axes_of_turns(est)
     lengths = np.linalg.norm([true, given], axis=2)
@@ -256,9 +247,9 @@ def _fitted_frame(gt: Floats, est: Floats) -> Floats:
     for _ in range(STEPS):
         frame = tlud_mean(est @ body.T @ gt.swapaxes(1, 2))
         body = tlud_mean((frame @ gt).swapaxes(1, 2) @ est)
-    swap: Floats = max(AXES, key=lambda axes: float(np.trace(axes.T @ body)))
-    fits = [_approximate_ras(gt, est @ frame.T) for frame in (swap, body)]
-    return swap if fits[0] > fits[1] - 0.05 else body
+    common = np.array(list(COMMON.values()))
+    apart = rotation_angles(common.swapaxes(1, 2) @ body)
+    return common[np.argmin(apart)] if apart.min() <= NEAR_DEG else body
 
 
 def _axes_of_turns(rotations: Floats) -> Floats:

@@ -133,22 +133,6 @@ def test_few_scored_poses_are_noted():
         assert (note in notes(TRUTH, estimate, max_gap=4)) == said
 
 
-def test_gaps_that_a_larger_one_would_cover_are_noted():
-    some = without(lambda times: (times + 3) % 10 >= 5.6)  # gaps of 4.5 s
-    found = evaluate(TRUTH, some)
-    (note,) = map(str, found.notes)
-    assert note.startswith("45% of the time is in gaps of 2 to 4.5 s between")
-    assert note.endswith("; --max_gap 4.5 covers them, for all estimates")
-    assert found.lost > 0.2
-    covered = evaluate(TRUTH, some, max_gap=5)
-    assert (covered.pas, covered.lost, covered.notes) == (1, 0, [])
-    for offset in (3.0, 1e9):
-        late = some._replace(keys=some.keys - offset)
-        assert note in notes(TRUTH, late, t_offset=offset)
-    # A lost track is no such gap.
-    assert notes(TRUTH, without(lambda times: (times > 10) & (times < 20))) == []
-
-
 def test_ends_that_no_estimate_covers_are_noted(run, tmp_path):
     late, early = without(lambda times: times < 5), without(lambda times: times > 30)
     (note,) = notes(TRUTH, late)
