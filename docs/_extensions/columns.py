@@ -1,4 +1,4 @@
-"""Shows what a function returns, from its docstring: the columns of the file that it makes."""
+"""Shows the columns of files, from the docstrings of the functions that compute them."""
 
 from importlib import import_module
 from inspect import cleandoc
@@ -10,21 +10,24 @@ from sphinx.util.docutils import SphinxDirective
 
 
 class Columns(SphinxDirective):
-    """``{columns} package.module.function``."""
+    """``{columns}`` with a line for each file: its name, a colon and the function."""
 
-    required_arguments = 1
+    has_content = True
 
     def run(self) -> list[nodes.Node]:
-        """Return the descriptions of all that is returned."""
-        module, _, name = self.arguments[0].rpartition(".")
-        function = getattr(import_module(module), name)
-        self.env.note_dependency(function.__code__.co_filename)
-        returned = FunctionDoc(function)["Returns"]
-        texts = [cleandoc("\n".join(value.desc)) for value in returned]
-        # The page is Markdown, docstrings are reStructuredText.
-        return self.parse_text_to_nodes(
-            "".join(f"```{{eval-rst}}\n{text}\n```\n" for text in texts)
-        )
+        """Return the descriptions of all that the functions return."""
+        lines = []
+        for entry in self.content:
+            file, _, path = entry.partition(": ")
+            module, _, name = path.rpartition(".")
+            function = getattr(import_module(module), name)
+            self.env.note_dependency(function.__code__.co_filename)
+            lines.append(f"**{file}**\n")
+            for value in FunctionDoc(function)["Returns"]:
+                # The page is Markdown, docstrings are reStructuredText.
+                text = cleandoc("\n".join(value.desc))
+                lines.append(f"```{{eval-rst}}\n{text}\n```\n")
+        return self.parse_text_to_nodes("\n".join(lines))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
