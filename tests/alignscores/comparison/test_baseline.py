@@ -177,6 +177,7 @@ def test_other_settings_do_not_compare(gate):
     code, out, err = gate(lambda: None, "--registration", "pcr99")
     assert (code, out) == (1, "")
     assert 'saved.json: has registration "refined", not "pcr99": nothing compares' in err
+    assert gate(lambda: None, "--reference_sigma", "0.1,1")[0] == 0  # no score depends on it
 
 
 def test_gates_of_equal_runs_seldom_fail():
