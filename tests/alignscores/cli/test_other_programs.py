@@ -76,8 +76,8 @@ def test_nerfstudio(run, score, examples, tmp_path):
     assert len(read_nerf(files[0]).keys) == 40
     files[1].write_text(json.dumps([{"file_path": "a.png", "transform": [[1, 2], [3, 4]]}]))
     assert run("nerf", *files)[2] == (
-        f"alignscores: error: {files[1]}: frames[0]: file_path must be a text and transform_matrix "
-        "4 x 4\n"
+        f"alignscores: error: {files[1]}: frames[0]: needs a file_path and a transform_matrix of "
+        "4 x 4 numbers\n"
     ).replace(": frames[0]", ", frames[0]")
 
 
