@@ -65,7 +65,7 @@ rule report:
     localrule: True
     params:
         folder=RESULTS,
-        settings=GIVEN,
+        settings=CONFIG,
     log:
         RESULTS / "logs" / "report.log",
     shell:

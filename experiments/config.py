@@ -1,11 +1,11 @@
 """Settings of a sweep: composed by Hydra from ``configs/``, then typed and checked in one place."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import field, fields
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import (
@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 __all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "MetricName", "Selection", "Sweep"]
-__all__ += ["checked", "container", "experiment_names", "load", "load_sweep", "one_of", "read_yaml"]
-__all__ += ["register_defaults", "require", "split_override", "to_overrides"]
+__all__ += ["checked", "combine", "container", "experiment_names", "hydra_errors", "load"]
+__all__ += ["load_sweep", "one_of", "read_yaml", "register_defaults", "require", "split_override"]
+__all__ += ["to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
 STRICT = ConfigDict(strict=True, extra="forbid")
@@ -135,6 +136,7 @@ class Execution:
 
     n_jobs: Annotated[int, Field(ge=-1), AfterValidator(_process_count)]
     results_dir: Annotated[str, Field(min_length=1)]
+    table: Annotated[str, Field(pattern=r"^\w+(/\w+)*$")]
 
 
 def require(condition: bool, problem: str) -> None:
@@ -181,32 +183,36 @@ def checked(settings: Mapping[str, Any]) -> tuple[Sweep, Execution]:
         raise ConfigError(f"setting {name}{problem}") from None
 
 
-def load(
-    overrides: Sequence[str] = (), settings: Mapping[str, Any] = MappingProxyType({})
-) -> tuple[Sweep, Execution]:
-    """Compose and check one experiment, as ``python -m experiments.run`` does.
-
-    `settings` of a study win over the experiment's own, and Hydra's overrides win over them.
-    """
-    keys = [split_override(override)[0] for override in overrides]
-    others = {key: value for key, value in settings.items() if key not in keys}
-    return checked(_compose((*to_overrides(others), *overrides)))
+def load(overrides: Sequence[str] = ()) -> tuple[Sweep, Execution]:
+    """Compose and check one experiment, as ``python -m experiments.run`` does."""
+    return checked(_compose(tuple(overrides)))
 
 
 @cache
 def _compose(overrides: tuple[str, ...]) -> Mapping[str, Any]:
     # Hydra takes long to import, and programs that read tables do not need it.
     from hydra import compose, initialize_config_dir
+
+    register_defaults()
+    with (
+        hydra_errors(" ".join(overrides)),
+        initialize_config_dir(config_dir=str(CONFIG_DIR), version_base="1.3"),
+    ):
+        return container(compose(config_name="config", overrides=list(overrides)))
+
+
+@contextmanager
+def hydra_errors(overrides: str) -> Iterator[None]:
+    """Raise what Hydra reports in several lines as a `ConfigError` in one."""
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
-    register_defaults()
     try:
-        with initialize_config_dir(config_dir=str(CONFIG_DIR), version_base="1.3"):
-            return container(compose(config_name="config", overrides=list(overrides)))
+        yield
     except (HydraException, OmegaConfBaseException) as error:
-        reason = " ".join(str(error).partition("See https")[0].split())
-        raise ConfigError(f"cannot read {' '.join(overrides)}: {reason}") from None
+        reason = str(error).splitlines()[0].rstrip(".")
+        problem = f"cannot read {overrides}: {reason}"
+        raise ConfigError(f"{problem}; run: python -m experiments.run --help") from None
 
 
 def container(config: "DictConfig") -> dict[str, Any]:
@@ -218,11 +224,16 @@ def container(config: "DictConfig") -> dict[str, Any]:
     return {str(key): value for key, value in settings.items()}
 
 
-def load_sweep(
-    overrides: Sequence[str] = (), settings: Mapping[str, Any] = MappingProxyType({})
-) -> Sweep:
+def load_sweep(overrides: Sequence[str] = ()) -> Sweep:
     """Return the settings of one experiment that results depend on; see `load`."""
-    return load(overrides, settings)[0]
+    return load(overrides)[0]
+
+
+def combine(settings: Mapping[str, Any], overrides: Sequence[str]) -> list[str]:
+    """Return settings from YAML as overrides, followed by other overrides, which win."""
+    keys = [split_override(override)[0] for override in overrides]
+    others = {key: value for key, value in settings.items() if key not in keys}
+    return [*to_overrides(others), *overrides]
 
 
 def to_overrides(settings: Mapping[str, Any]) -> list[str]:

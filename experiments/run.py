@@ -11,6 +11,7 @@ if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is signal.default_
     # The system ends the process, at any moment; tables are renamed into place, whole.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
+import os
 import sys
 from pathlib import Path
 
@@ -19,8 +20,8 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import DictConfig
 
-from .command import run_in_one_line
-from .config import CONFIG_DIR, checked, container, register_defaults
+from .command import ConfigError, run_in_one_line
+from .config import CONFIG_DIR, checked, container, hydra_errors, register_defaults
 
 __all__ = ["main"]
 
@@ -41,11 +42,16 @@ def _run(config: DictConfig) -> Path:
     sweep, execution = checked(container(config))
     job = HydraConfig.get()
     folder = execution.results_dir if job.mode == RunMode.RUN else job.runtime.output_dir
-    path = Path(folder) / "trials" / f"{sweep.name}.csv"
+    path = Path(folder) / "trials" / f"{execution.table}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
     write_trials(path, run_sweeps([sweep], execution.n_jobs), [sweep])
     return path
 
 
 if __name__ == "__main__":
-    main()
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # raise errors, of which one line is printed
+    try:
+        with hydra_errors(" ".join(sys.argv[1:])):
+            main()
+    except ConfigError as error:
+        sys.exit(f"experiments.run: {error}")

@@ -19,7 +19,7 @@ from experiments.config import experiment_names
 from experiments.tables import TableError, read_record, read_table
 from studies.claims.verdicts import TRUTHS, VERDICTS, statements
 from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, agreements
-from studies.study import found
+from studies.study import find_studies
 
 PAPER_TRIALS = 50  # in each cell of the paper's experiments
 COLOURS = 256  # in a picture: all that can be seen, at a third of the size
@@ -106,7 +106,7 @@ def _studies(folder: Path) -> list[dict[str, Any]]:
             },
             "figures": [path.stem for path in sorted(folder.glob(f"figures/{study.name}*.png"))],
         }
-        for study in found()
+        for study in find_studies().values()
         if study.text
     ]
 

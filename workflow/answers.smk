@@ -21,7 +21,7 @@ use rule table1 as verdicts with:
     input:
         code("studies", "studies/claims", "studies/paper"),
         ROOT / "configs" / "claims.yaml",
-        trials=lambda wildcards: trials_of("claims"),
+        trials=lambda wildcards: [RESULTS / "replicates" / f"{n}.csv" for n in range(len(sweeps_of_replicates()))],
     output:
         RESULTS / "claims.csv",
         RESULTS / "tables" / "readings.csv",
@@ -52,7 +52,7 @@ use rule table1 as orders with:
 use rule table1 as thresholds with:
     input:
         code("studies", "studies/threshold_study"),
-        ROOT / "configs" / "study" / "threshold_study.yaml",
+        ROOT / "studies" / "threshold_study" / "axes.yaml",
         trials=lambda wildcards: trials_of("threshold_study"),
     output:
         RESULTS / "tables" / "threshold_study.csv",
@@ -83,20 +83,21 @@ rule own_runs:
         code("studies", "studies/real"),
         code("alignscores/comparison", "alignscores/evaluation", "alignscores/trajectories"),
         code("alignscores/trajectories/files"),
-        config.get("benchmark", []),
-        lambda wildcards: own_runs()[wildcards.sequence],
+        benchmark=config.get("benchmark", []),
+        runs=lambda wildcards: own_runs()[wildcards.sequence],
     output:
         RESULTS / "real" / "own" / "{sequence}.csv",
     localrule: True
     params:
-        settings=lambda wildcards: STUDIES["real"].given,
+        quick="--quick" if config.get("quick") else "",
+        more=MORE,
     log:
         RESULTS / "logs" / "real" / "{sequence}.log",
     benchmark:
         RESULTS / "benchmarks" / "real" / "{sequence}.tsv"
     shell:
-        "python -m studies real --part {wildcards.sequence:q} --settings {params.settings:q}"
-        " --output {output:q} > {log:q} 2>&1"
+        "python -m studies.real --benchmark {input.benchmark:q} --sequence {wildcards.sequence:q}"
+        " {params.quick} --more={params.more:q} --output {output:q} > {log:q} 2>&1"
 
 
 rule real_answers:
@@ -111,4 +112,4 @@ rule real_answers:
     log:
         RESULTS / "logs" / "answers" / "real.log",
     shell:
-        "python -m studies real --own {input.own:q} --output {output:q} > {log:q} 2>&1"
+        "python -m studies.real {input.own:q} --output {output:q} > {log:q} 2>&1"

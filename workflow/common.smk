@@ -1,6 +1,8 @@
 # What `--config` sets, and what rules depend on.
 import shlex
 import sys
+from functools import cache
+from hashlib import sha256
 from math import ceil
 from pathlib import Path
 
@@ -11,16 +13,23 @@ sys.path.insert(0, str(ROOT))
 shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")  # so that `python` is this one
 
 from experiments.command import CommandError
-from experiments.config import EXECUTION, load, to_overrides
-from studies.study import plans
+from experiments.config import EXECUTION, combine, load, split_override, to_overrides
+from experiments.tables import SWEEPS
+from studies.beyond import SCENARIOS, study_name
+from studies.claims.claims import load_claims
+from studies.claims.plan import replicates
+from studies.real.scores import read_benchmark, sources
+from studies.study import find_studies
 
-GIVEN = to_overrides({key: value for key, value in config.items() if key not in EXECUTION})
-STUDIES = plans(GIVEN)  # by their names, each with the settings that concern it
-SETTINGS = STUDIES["paper"].overrides
+STUDIES = find_studies()
+STUDY_KEYS = {key for study in STUDIES.values() for key in study.keys}
+CONFIG = to_overrides({key: value for key, value in config.items() if key not in EXECUTION})
+SETTINGS = to_overrides({key: value for key, value in config.items() if key not in {*EXECUTION, *STUDY_KEYS}})
+MORE = ",".join(config["more"]) if isinstance(config.get("more"), list) else config.get("more", "")
 FOLDER = to_overrides({key: config[key] for key in ["results_dir"] if key in config})
 try:
     sweep, execution = load([*SETTINGS, *FOLDER])  # a wrong key or value ends here
-    BEYOND = STUDIES["beyond"].called
+    BEYOND = study_name(Path(config.get("scenarios", SCENARIOS)))
 except CommandError as error:
     raise WorkflowError(str(error)) from None
 RESULTS = Path(execution.results_dir)
@@ -43,13 +52,36 @@ EXPERIMENTS = sorted(glob_wildcards(ROOT / "configs" / "experiment" / "{name}.ya
 PAPER_TRIALS = expand(RESULTS / "trials" / "{experiment}.csv", experiment=EXPERIMENTS)
 
 
+@cache
+def tables_of(study):
+    """Return the settings of each table of trials of a study."""
+    own = {key: config[key] for key in STUDIES[study].keys if key in config}
+    return STUDIES[study].plan(combine(own, SETTINGS))
+
+
 def trials_of(study):
-    """Return the tables of trials of a study; their records are its inputs, too."""
-    return [RESULTS / STUDIES[study].folder / f"{table}.csv" for table in STUDIES[study].tables]
+    """Return the tables of trials of a study."""
+    return [RESULTS / "trials" / (BEYOND if study == "beyond" else study) / f"{name}.csv" for name in tables_of(study)]
 
 
-def study_of(folder):
-    return "beyond" if folder == BEYOND else folder
+def settings_of(wildcards):
+    """Return the settings of a table of trials of a study."""
+    return tables_of("beyond" if wildcards.study == BEYOND else wildcards.study)[wildcards.table]
+
+
+def experiment_file(settings):
+    return ROOT / "configs" / "experiment" / f"{dict(map(split_override, settings))['experiment']}.yaml"
+
+
+@cache
+def sweeps_of_replicates():
+    """Return the sweeps of each replicate study."""
+    return replicates(load_claims(config.get("replicates")), SETTINGS)
+
+
+def digest_of_replicate(number):
+    """Return a short text that changes with what the claims need."""
+    return sha256(SWEEPS.dump_json(sweeps_of_replicates()[number])).hexdigest()
 
 
 def memory(wildcards, threads):
@@ -62,8 +94,10 @@ def minutes(wildcards, threads):
     return 10 + ceil(14 * sweep.trials / 60 / threads)
 
 
+@cache
 def own_runs():
     """Return the sequences of your own benchmark, each with the files of its runs."""
     if "benchmark" not in config:
         raise WorkflowError("snakemake real needs --config benchmark=FILE")
-    return STUDIES["real"].sources
+    benchmark = read_benchmark(Path(config["benchmark"]))
+    return {sequence: sources(benchmark, sequence) for sequence in benchmark.references}

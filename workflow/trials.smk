@@ -15,7 +15,8 @@ rule trials:
         RESULTS / "trials" / "{experiment}.csv",
         RESULTS / "trials" / "{experiment}.json",
     params:
-        settings=[*SETTINGS, *FOLDER],
+        program="experiments.run",
+        settings=lambda wildcards: [f"experiment={wildcards.experiment}", *SETTINGS, *FOLDER],
     priority: 1
     threads: THREADS
     resources:
@@ -26,45 +27,36 @@ rule trials:
     benchmark:
         RESULTS / "benchmarks" / "trials" / "{experiment}.tsv"
     shell:
-        "python -m experiments.run experiment={wildcards.experiment} {params.settings:q}"
-        " n_jobs={threads} > {log:q} 2>&1"
+        "python -m {params.program} {params.settings:q} n_jobs={threads} > {log:q} 2>&1"
 
 
-rule study_trials:
+use rule trials as study_trials with:
     input:
         TRIAL_CODE,
+        ROOT / "configs" / "config.yaml",
+        lambda wildcards: experiment_file(settings_of(wildcards)),
     output:
-        csv=RESULTS / "trials" / "{study}" / "{table}.csv",
-        record=RESULTS / "trials" / "{study}" / "{table}.json",
+        RESULTS / "trials" / "{study}" / "{table}.csv",
+        RESULTS / "trials" / "{study}" / "{table}.json",
     params:
-        study=lambda wildcards: study_of(wildcards.study),
-        table="{table}",
-        settings=lambda wildcards: STUDIES[study_of(wildcards.study)].overrides,
-        digest=lambda wildcards: STUDIES[study_of(wildcards.study)].tables[wildcards.table].digest,
-    priority: 1
-    threads: THREADS
-    resources:
-        mem_mb=memory,
-        runtime=minutes,
+        program="experiments.run",
+        settings=lambda w: [*settings_of(w), *FOLDER, f"table={w.study}/{w.table}"],
     log:
         RESULTS / "logs" / "trials" / "{study}" / "{table}.log",
     benchmark:
         RESULTS / "benchmarks" / "{study}" / "{table}.tsv"
-    shell:
-        "python -m studies {params.study} --trials {params.table} --settings {params.settings:q}"
-        " --output {output.csv:q} --n_jobs {threads} > {log:q} 2>&1"
 
 
-use rule study_trials as replicate with:
+use rule trials as replicate with:
+    input:
+        TRIAL_CODE,
     output:
-        csv=RESULTS / "replicates" / "{number}.csv",
-        record=RESULTS / "replicates" / "{number}.json",
+        RESULTS / "replicates" / "{number}.csv",
+        RESULTS / "replicates" / "{number}.json",
     params:
-        study="claims",
-        table="{number}",
-        # One more replicate changes no other.
-        settings=lambda wildcards: [*SETTINGS, f"replicates={max(2, int(wildcards.number) + 1)}"],
-        digest=lambda wildcards: STUDIES["claims"].tables[wildcards.number].digest,
+        program="studies.claims",
+        settings=lambda wildcards: [wildcards.number, *SETTINGS, *FOLDER],
+        needed=lambda wildcards: digest_of_replicate(int(wildcards.number)),
     log:
         RESULTS / "logs" / "replicates" / "{number}.log",
     benchmark:

@@ -1,64 +1,81 @@
 """What the paper leaves out: the main experiment with other paths, errors and outliers."""
 
+import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import pandas as pd
-from pydantic import Field
+from pydantic import AfterValidator, ConfigDict, Field
+from pydantic.dataclasses import dataclass
 
-from experiments.command import ConfigError
-from experiments.config import Sweep, read_yaml, split_override
+from experiments.config import EXECUTION, combine, load_sweep, read_yaml, require, split_override
+from experiments.tables import Trials
 
-from .. import study
+from ..study import Study, naming
 from .findings import findings
 
-BEYOND = study.config_file("beyond")
+SCENARIOS = Path(__file__).with_name("scenarios.yaml")
 
 
-class _File(study.Section):
-    scenarios: Annotated[dict[study.TableName, study.Settings], Field(min_length=1)]
-    settings: study.Settings = study.Settings()
+def _table_name(name: str) -> str:
+    fits = re.fullmatch(r"[A-Za-z0-9_]+", name) is not None
+    require(fits, "may have letters, digits and underscores alone")
+    return name
 
 
-def plan(overrides: Sequence[str] = ()) -> study.Tables:
-    """Return a table for each scenario; what a file does not set is as in ``beyond.yaml``."""
-    path = _file(overrides)
-    called = study_name(path)
-    with study.naming(f"{path}: the name {called!r} "):
-        study.table_name(called)
-    shared, file = read_yaml(BEYOND, _File), read_yaml(path, _File)
+def _settings(settings: dict[str, Any]) -> dict[str, Any]:
+    for key in EXECUTION:
+        problem = f"may not set {key}, which holds for all studies; set it with --config"
+        require(key not in settings, problem)
+    return settings
+
+
+Settings = Annotated[dict[str, Any], AfterValidator(_settings)]
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+class _File:
+    scenarios: Annotated[
+        dict[Annotated[str, AfterValidator(_table_name)], Settings], Field(min_length=1)
+    ]
+    settings: Settings = Field(default_factory=dict)
+
+
+def plan(overrides: Sequence[str] = ()) -> dict[str, list[str]]:
+    """Return the settings of each scenario; what a file does not set is as in this folder's."""
+    path = Path(dict(map(split_override, overrides)).get("scenarios", SCENARIOS))
     others = [one for one in overrides if split_override(one)[0] != "scenarios"]
+    shared, file = read_yaml(SCENARIOS, _File), read_yaml(path, _File)
+    tables = {}
+    for scenario, own in file.scenarios.items():
+        name = {"name": f"{study_name(path)}/{scenario}"}
+        tables[scenario] = combine({**shared.settings, **file.settings, **own, **name}, others)
+        with naming(f"{path}: scenarios.{scenario}: "):
+            _check(tables[scenario])
+    return tables
 
-    def sweep(name: str) -> Sweep:
-        place = f"{path}: scenarios.{name}"
-        settings = shared.settings, file.settings, file.scenarios[name]
-        found = study.resolve(place, others, *settings)
-        if found.noise != "paired":
-            raise ConfigError(f"{place} needs noise=paired: one order of levels")
-        if len(found.sigma_t) == len(found.n_outliers) == 1:
-            raise ConfigError(f"{place} needs two levels of noise, or numbers of outliers")
-        return replace(found, name=f"{called}/{name}")
 
-    return study.Tables(file.scenarios, sweep)
+def _check(settings: Sequence[str]) -> None:
+    sweep = load_sweep(settings)
+    require(sweep.noise == "paired", "needs noise=paired: one order of levels")
+    n_levels = max(len(sweep.sigma_t), len(sweep.n_outliers))
+    require(n_levels > 1, "needs two levels of noise, or numbers of outliers")
 
 
 def study_name(path: Path) -> str:
-    """Return what the results of a file of scenarios are called."""
-    return "beyond" if path.resolve() == BEYOND else f"beyond_{path.stem}"
+    """Return the name of the results of a file of scenarios."""
+    name = "beyond" if path.resolve() == SCENARIOS else f"beyond_{path.stem}"
+    with naming(f"{path}: the name {name!r} "):
+        return _table_name(name)
 
 
-def ask(question: study.Question) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str]:
     """Return what each metric orders in each scenario."""
-    return [findings(question.by_name)]
+    return [findings({table.path.stem: table for table in trials})]
 
 
-def _file(overrides: Sequence[str]) -> Path:
-    return Path(dict(map(split_override, overrides)).get("scenarios", BEYOND))
-
-
-STUDY = study.Study(
+STUDY = Study(
     name="beyond",
     title="Beyond the paper",
     text="A metric orders noise (outliers) where, at every number of outliers (at every noise "
@@ -69,8 +86,7 @@ STUDY = study.Study(
     "cell has the smallest share of pairs in the right order, on a blue that is the darker the "
     "larger it is; what does not order has no colour.",
     plan=plan,
-    ask=ask,
+    answer=answer,
     position=40,
     keys=["scenarios"],
-    called=lambda overrides: study_name(_file(overrides)),
 )

@@ -8,22 +8,22 @@ from experiments.config import Selection, Sweep
 from experiments.grid import Cell, cells
 
 from ..paper import load_experiment
-from ..study import Table, reject
+from ..study import reject
 from .claims import Claim, Claims, within
 
 FIXED = ("experiment", "metrics", "replicate")  # settings that the claims decide
 
 
-def replicates(claims: Claims, overrides: Sequence[str] = ()) -> dict[str, Table]:
-    """Return a table for each replicate study, of all sweeps that the claims need."""
+def replicates(claims: Claims, overrides: Sequence[str] = ()) -> list[tuple[Sweep, ...]]:
+    """Return the sweeps of each replicate study, those that the claims need."""
     reject(overrides, FIXED, "the claims decide what is run")
     needed = [list(claims.needed(number)) for number in range(claims.replicates)]
     different = {len(own): own for own in needed}  # the first replicates have more readings
     planned = {n: plan(own, overrides) for n, own in different.items()}
-    return {
-        str(number): Table(tuple(replace(sweep, replicate=number) for sweep in planned[len(own)]))
+    return [
+        tuple(replace(sweep, replicate=number) for sweep in planned[len(own)])
         for number, own in enumerate(needed)
-    }
+    ]
 
 
 def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
@@ -32,7 +32,8 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
     for claim in claims:
         if claim.trials not in found:
             experiment, settings = claim.trials
-            found[claim.trials] = load_experiment(experiment, [*overrides, *settings]), []
+            sweep = load_experiment([f"experiment={experiment}", *overrides, *settings])
+            found[claim.trials] = sweep, []
         sweep, wanted = found[claim.trials]
         needed_cells(claim, sweep)
         wanted += [selection for selection in _selections(claim) if selection not in wanted]

@@ -1,15 +1,17 @@
 """Head to head: which metric puts neighbouring levels of the paper's trials in order best."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 import pandas as pd
 
+from experiments.config import combine
+from experiments.tables import Trials
+
 from .. import paper
-from ..study import Question, Study, Table
+from ..study import Study
 from .orders import compare_orders, joined
 
-BESIDE = {  # what a metric of the paper is compared with on the same trials
+COMPARED = {  # with a metric of the paper, on the same trials
     "mAA": ("auc@30:vggt",),
     "TAS": (
         "TAS(registration=refined)",
@@ -21,19 +23,20 @@ BESIDE = {  # what a metric of the paper is compared with on the same trials
 }
 
 
-def plan(overrides: Sequence[str] = ()) -> Mapping[str, Table]:
+def plan(overrides: Sequence[str] = ()) -> dict[str, list[str]]:
     """Return the paper's experiments once more, for the metrics that it does not have."""
     tables = {}
-    for name, table in paper.plan(overrides).items():
-        (sweep,) = table.sweeps
-        if metrics := [other for metric in sweep.metrics for other in BESIDE.get(metric, ())]:
-            tables[name] = Table((replace(sweep, metrics=metrics),))
+    for name, settings in paper.plan(overrides).items():
+        evaluated = paper.load_experiment(settings).metrics
+        if metrics := [other for metric in evaluated for other in COMPARED.get(metric, ())]:
+            others = [one for one in settings if not one.startswith("metrics=")]
+            tables[name] = combine({"metrics": metrics}, others)
     return tables
 
 
-def ask(question: Question) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str]:
     """Return the comparison as a table."""
-    return [compare_orders(joined(question.trials))]
+    return [compare_orders(joined(trials))]
 
 
 STUDY = Study(
@@ -47,6 +50,6 @@ STUDY = Study(
     "registration) and RAS are one half, or the score that they name. Where TAS and PAS name no "
     "registration, it is the paper's.",
     plan=plan,
-    ask=ask,
+    answer=answer,
     position=10,
 )

@@ -4,21 +4,19 @@ from collections.abc import Sequence
 
 from experiments.config import Sweep, experiment_names, load_sweep
 
-from ..study import Study, Tables, naming
-from .table1 import ask
+from ..study import Study, naming
+from .table1 import answer
 
 
-def plan(overrides: Sequence[str] = ()) -> Tables:
-    """Return a table for each experiment of the paper."""
-    return Tables(experiment_names(), lambda name: load_experiment(name, overrides))
+def plan(overrides: Sequence[str] = ()) -> dict[str, list[str]]:
+    """Return the settings of each experiment of the paper."""
+    return {name: [f"experiment={name}", *overrides] for name in experiment_names()}
 
 
-def load_experiment(name: str, overrides: Sequence[str]) -> Sweep:
-    """Resolve an experiment of the paper; a `ConfigError` names it with all settings."""
-    settings = [f"experiment={name}", *overrides]
+def load_experiment(settings: Sequence[str]) -> Sweep:
+    """Compose an experiment of the paper; a `ConfigError` names it with all settings."""
     with naming(after=f" ({' '.join(settings)})"):
-        sweep = load_sweep(settings)
-    return sweep
+        return load_sweep(settings)
 
 
-STUDY = Study(name="paper", title="Table 1", plan=plan, ask=ask, position=0, trials="trials")
+STUDY = Study(name="paper", title="Table 1", plan=plan, answer=answer, position=0)

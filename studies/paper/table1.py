@@ -1,6 +1,6 @@
 """Table 1 of the paper, derived from the trials by stated criteria."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,6 @@ from experiments.sweep import draw_scene, run_sweeps, trial_seeds
 from experiments.tables import TableError, Trials
 
 from ..statistics import LEAST_POWER, dependence, power
-from ..study import Question
 
 OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many of the cameras lost
 SCALE = 1000.0  # metres to millimetres
@@ -70,10 +69,10 @@ TOLD_BY = {  # the experiments on outliers, on a line and on the length; none: n
 Finding = dict[str, str | float]  # whether a metric has a property, as columns of the table
 
 
-def ask(question: Question) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str]:
     """Return Table 1 as data and in Markdown."""
-    table = compare({trials.sweep.name: trials for trials in question.trials})
-    return [table, to_markdown(table)]
+    found = compare({table.sweep.name: table for table in trials})
+    return [found, to_markdown(found)]
 
 
 def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:

@@ -1,16 +1,21 @@
 """What the numbers that the paper chose by experience cost and gain."""
 
+from collections.abc import Sequence
+
 import pandas as pd
 
-from ..study import Question, Study
+from experiments.tables import Trials
+
+from ..study import Study
 from .axes import axes_of, axis_names, plan
 from .effects import effects
 
 
-def ask(question: Question) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str]:
     """Return the effects of all values."""
-    parts = {name: trials.table for name, trials in question.by_name.items()}
-    return [effects(axes_of(question.by_name["outliers"].record.metrics), parts)]
+    by_name = {table.path.stem: table for table in trials}
+    parts = {name: table.table for name, table in by_name.items()}
+    return [effects(axes_of(by_name["outliers"].record.metrics), parts)]
 
 
 STUDY = Study(
@@ -25,7 +30,7 @@ STUDY = Study(
     "outliers, of noise where most cameras are lost, range over noise, dependence on cameras, and "
     "seed noise. The paper's values are filled dots.",
     plan=plan,
-    ask=ask,
+    answer=answer,
     position=20,
     keys=axis_names(),
 )

@@ -1,35 +1,32 @@
 """Axes: options of metrics, with the values that are compared on the same cameras."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
 
 from experiments.command import ConfigError
-from experiments.config import read_yaml, split_override
+from experiments.config import combine, load_sweep, read_yaml, split_override
 from experiments.metrics import Column
 
-from ..study import Section, Settings, Table, TableName, config_file, naming, reject, resolve
+from ..study import naming, reject
 
-THRESHOLDS = config_file("threshold_study")
+AXES = Path(__file__).with_name("axes.yaml")
 FIXED = ("experiment", "metrics")  # settings that the study itself decides
 
 
-class Part(Settings):
-    """The settings of a part; with `seeds`, each trial is registered with so many."""
-
-    seeds: int = 0
-
-
-class _Axis(Section):
+@dataclass(frozen=True)
+class _Axis:
     metric: str
     option: str
     paper: float | str
     values: list[float | str]
 
 
-class _File(Section):
+@dataclass(frozen=True)
+class _File:
     axes: dict[str, _Axis]
-    trials: dict[TableName, Part]
+    trials: dict[str, dict[str, Any]]  # settings; with `seeds`, the number of registrations
 
 
 @dataclass(frozen=True)
@@ -64,38 +61,35 @@ class Axis:
 
 def axis_names() -> list[str]:
     """Return the names of the axes, by which other values can be set."""
-    return list(read_yaml(THRESHOLDS, _File).axes)
+    return list(read_yaml(AXES, _File).axes)
 
 
-def plan(overrides: Sequence[str] = ()) -> dict[str, Table]:
-    """Return a table for each part of the study; overrides may have other values of axes."""
-    file = read_yaml(THRESHOLDS, _File)
+def plan(overrides: Sequence[str] = ()) -> dict[str, list[str]]:
+    """Return the settings of each table; overrides may have other values of axes."""
+    file = read_yaml(AXES, _File)
     reject(overrides, FIXED, "the study decides it")
-    given = {
-        key: _list(key, value) for key, value in map(split_override, overrides) if key in file.axes
-    }
-    settings = [one for one in overrides if split_override(one)[0] not in file.axes]
-    axes = [Axis.of(name, one, given.get(name, one.values)) for name, one in file.axes.items()]
+    pairs = [(*split_override(override), override) for override in overrides]
+    chosen = {key: _list(key, value) for key, value, _ in pairs if key in file.axes}
+    others = [override for key, _, override in pairs if key not in file.axes]
+    axes = [Axis.of(name, one, chosen.get(name, one.values)) for name, one in file.axes.items()]
     for axis in axes:
         if len(axis.values) < 2:
             problem = f"needs another value than the paper's {axis.paper}"
             raise ConfigError(f"setting {axis.name!r} {problem}")
     metrics = list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
-    sweeps = {
-        name: resolve(f"{THRESHOLDS}: trials.{name}", settings, part)
-        for name, part in file.trials.items()
-    }
-    return {
-        name: Table((replace(sweep, metrics=_seeded(metrics, file.trials[name].seeds)),))
-        for name, sweep in sweeps.items()
-    }
+    tables = {}
+    for name, settings in file.trials.items():
+        evaluated = _seeded(metrics, settings.pop("seeds", 0))
+        tables[name] = combine({**settings, "metrics": evaluated}, others)
+        load_sweep(tables[name])  # a wrong setting ends here
+    return tables
 
 
 def axes_of(metrics: Iterable[str]) -> list[Axis]:
     """Return the axes with the values that the columns of a table have."""
     columns = list(map(Column.parse, metrics))
     axes = []
-    for name, entry in read_yaml(THRESHOLDS, _File).axes.items():
+    for name, entry in read_yaml(AXES, _File).axes.items():
         own = [c for c in columns if c.name == entry.metric and list(c.options) == [entry.option]]
         axes.append(Axis.of(name, entry, [column.options[entry.option] for column in own]))
     return axes

@@ -135,10 +135,3 @@ def test_scenarios_have_findings(
     assert main(["beyond", *paths, "--output", str(output)]) == 1
     assert f"{paths[0]} has no column PAS; delete it and run: snakemake {paths[0]}" == line()
     assert not output.exists()
-
-
-def test_without_tables_the_command_that_makes_them_is_named(
-    tmp_path: Path, line: Callable[[], str]
-) -> None:
-    assert main(["beyond", "--output", str(tmp_path / "a.csv")]) == 1
-    assert line() == "no tables are given; run: snakemake beyond"

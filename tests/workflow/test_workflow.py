@@ -12,18 +12,19 @@ from pathlib import Path
 
 import pytest
 
-from studies.study import plans
+from studies.study import find_studies
 
 from ..snakemake_server import home
 from .conftest import ROOT, SNAKEFILE, Done, Snakemake, options
 
 FOLDERS = ("alignscores", "baselines", "experiments", "studies", "figures", "report")
-PLANS = plans(["replicates=2"])
 
 
 def n_trials(name: str) -> int:
     """Return the number of a study's tables of trials."""
-    return len(PLANS[name].tables)
+    plan = find_studies()[name].plan
+    assert plan
+    return len(plan([]))
 
 
 def copy_of_the_project(folder: Path) -> Path:
@@ -72,7 +73,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
     ("target", "setting", "named"),
     [
         ("figures", "trials=0", "setting 'trials': should be greater than or equal to 1, not 0"),
-        ("figures", "trails=5", "Could not override 'trails'."),
+        ("figures", "trails=5", "Could not override 'trails'"),
         ("claims", "replicates=1", "'replicates'"),
         ("threshold_study", "tas_max_threshold=[-1]", "max_threshold should be greater than 0"),
         ("beyond", "scenarios=missing.yaml", "No such file"),
@@ -166,7 +167,7 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
     Files are not made but taken for made, which Snakemake records alike.
     """
     copy = copy_of_the_project(tmp_path / "copy")
-    (copy / "configs" / "study" / "beyond.yaml").write_text(SCENARIOS)
+    (copy / "studies" / "beyond" / "scenarios.yaml").write_text(SCENARIOS)
 
     def run(*arguments: str) -> Done:
         done = snakemake(*arguments, "--config", "trials=1", "n_jobs=1", project=copy)
@@ -242,13 +243,15 @@ def test_your_own_runs_are_a_study_where_they_are_given(
         'format: tum\nreference: "data/{sequence}/gt.txt"\n'
         'estimate: "data/{sequence}/{system}/{run}.txt"\n'
     )
-    setting = ("--config", "benchmark=b.yaml", "quick=true")
+    setting = ("--config", "benchmark=b.yaml", "more=[rpe@5f,TAS]", "quick=true")
     report = snakemake("report", "--dry-run", *setting).planned
     assert (report["own_runs"], report["real_answers"]) == (2, 1)
     done = snakemake("real", *setting)
     assert done.returncode == 0, done.text
     assert snakemake("real", "--dry-run", *setting).planned == {}
-    assert "moves_seed" not in (tmp_path / "results/tables/real.csv").read_text()
+    table = (tmp_path / "results/tables/real.csv").read_text()
+    assert "moves_seed" not in table
+    assert "\nrpe@5f," in table
     with (tmp_path / "data/desk/a/0.txt").open("a") as file:
         file.write("\n")
     assert snakemake("real", "--dry-run", *setting).planned["own_runs"] == 1
@@ -338,30 +341,26 @@ TOY = {
     "__init__.py": '''\
 """Toy: the mean score of two metrics."""
 
-import pandas as pd
-
-from experiments.config import load_sweep
-
-from ..study import Study, Table
+from ..study import Study
 
 
 def plan(overrides):
-    """Return one table, of the paper's collinear cameras."""
+    """Return the settings of one table, of the paper's collinear cameras."""
     settings = ["experiment=collinear", "metrics=[TAS,ATE]", "n_outliers=[0]", "sigma_t=[0.1]"]
-    return {"line": Table((load_sweep([*settings, *overrides]),))}
+    return {"line": [*settings, *overrides]}
 
 
-def ask(question):
+def answer(trials, n_jobs=1):
     """Return the means as a table."""
-    table = question.by_name["line"].table[["TAS", "ATE"]].mean()
-    return [table.rename_axis("metric").reset_index(name="mean")]
+    means = trials[0].table[["TAS", "ATE"]].mean()
+    return [means.rename_axis("metric").reset_index(name="mean")]
 
 
 STUDY = Study(
     name="toy",
     title="A toy",
     plan=plan,
-    ask=ask,
+    answer=answer,
     text="The mean of each metric.",
     alt="Two bars.",
 )

@@ -1,22 +1,20 @@
-"""Scenarios of a file are resolved and checked like experiments."""
+"""Scenarios of a file are composed and checked like experiments."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from experiments.config import ConfigError, Sweep, load_sweep
 from studies.beyond import plan, study_name
-from studies.study import Table, plans
 
 
 @pytest.fixture(scope="module")
-def beyond() -> dict[str, Table]:
-    return plan()
+def beyond() -> dict[str, Sweep]:
+    return sweeps()
 
 
-def sweeps(tables: dict[str, Table]) -> dict[str, Sweep]:
-    return {name: table.sweeps[0] for name, table in tables.items()}
+def sweeps(*settings: str) -> dict[str, Sweep]:
+    return {name: load_sweep(table) for name, table in plan(settings).items()}
 
 
 def write(directory: Path, text: str, name: str = "mine.yaml") -> Path:
@@ -25,15 +23,15 @@ def write(directory: Path, text: str, name: str = "mine.yaml") -> Path:
     return path
 
 
-def test_the_papers_setting_is_one_of_them(beyond: dict[str, Table]) -> None:
-    config = sweeps(beyond)["paper"]
+def test_the_papers_setting_is_one_of_them(beyond: dict[str, Sweep]) -> None:
+    config = beyond["paper"]
     usual = load_sweep(["experiment=maa_vs_pas_outliers"])
     for key in ("geometry", "error", "outliers", "outlier_side", "noise", "volume_per_camera"):
         assert getattr(config, key) == getattr(usual, key)
 
 
-def test_a_file_of_ones_own_takes_the_rest_from_beyond(
-    tmp_path: Path, beyond: dict[str, Table]
+def test_a_file_of_your_own_takes_the_rest_from_beyond(
+    tmp_path: Path, beyond: dict[str, Sweep]
 ) -> None:
     path = write(
         tmp_path,
@@ -42,17 +40,15 @@ def test_a_file_of_ones_own_takes_the_rest_from_beyond(
         "  circle: {geometry: orbit}\n"
         "  pieces: {outliers: cluster, trials: 3}\n",
     )
-    study = plan([f"scenarios={path}", "seed=4"])
     assert study_name(path) == "beyond_mine"
-    assert plans([f"scenarios={path}"])["beyond"].called == "beyond_mine"
-    circle, pieces = sweeps(study).values()
+    circle, pieces = sweeps(f"scenarios={path}", "seed=4").values()
     assert (circle.name, circle.geometry, circle.trials) == ("beyond_mine/circle", "orbit", 7)
     assert (pieces.name, pieces.outliers, pieces.trials) == ("beyond_mine/pieces", "cluster", 3)
     for config in (circle, pieces):
         assert (config.seed, config.n_outliers) == (4, [0, 5])
-        assert config.sigma_t == sweeps(beyond)["paper"].sigma_t
-    given = sweeps(plan([f"scenarios={path}", "trials=1"]))["pieces"]
-    assert given.trials == 1  # the command line wins
+        assert config.sigma_t == beyond["paper"].sigma_t
+    quick = sweeps(f"scenarios={path}", "trials=1")["pieces"]
+    assert quick.trials == 1  # the command line wins
 
 
 @pytest.mark.parametrize(
@@ -62,7 +58,7 @@ def test_a_file_of_ones_own_takes_the_rest_from_beyond(
         ("scenarios: {a: {}", "cannot read"),
         ("scenarios: {a b: {}}", "scenarios has the key 'a b', which may have letters, digits and"),
         ("scenarios: {a: {geometry: sphere}}", "scenarios.a: setting 'geometry': must be one of"),
-        ("scenarios: {a: {noise: product}}", "scenarios.a needs noise=paired"),
+        ("scenarios: {a: {noise: product}}", "scenarios.a: needs noise=paired"),
         (
             "scenarios: {a: {results_dir: x}}",
             "scenarios.a may not set results_dir, which holds for all studies",
@@ -70,15 +66,15 @@ def test_a_file_of_ones_own_takes_the_rest_from_beyond(
         ("settings: {n_jobs: 1}\nscenarios: {a: {}}", "settings may not set n_jobs"),
         (
             "scenarios: {a: {sigma_t: [0.1], sigma_r_deg: [3], n_outliers: [0]}}",
-            "scenarios.a needs two levels of noise",
+            "scenarios.a: needs two levels of noise",
         ),
         ("scenarios: {a: {outliers: cluster, n_outliers: [99]}}", "at least 4 inliers"),
     ],
 )
-def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: Any, named: str) -> None:
-    path = tmp_path / "mine.yaml" if text is None else write(tmp_path, text)
+def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: str, named: str) -> None:
+    path = write(tmp_path, text)
     with pytest.raises(ConfigError) as caught:
-        list(plan([f"scenarios={path}"]).values())
+        plan([f"scenarios={path}"])
     assert named in str(caught.value)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)

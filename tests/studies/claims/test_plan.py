@@ -33,12 +33,12 @@ def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more() -> No
 
 def test_replicates_differ_in_their_number_alone() -> None:
     tables = replicates(load_claims(3), ["trials=7"])
-    assert list(tables) == ["0", "1", "2"]
-    first, *_, last = tables.values()
-    assert {sweep.replicate for sweep in last.sweeps} == {2}
-    assert {sweep.trials for sweep in last.sweeps} == {7}
-    assert tuple(replace(sweep, replicate=0) for sweep in last.sweeps) == first.sweeps
-    assert len(first.sweeps) == len({claim.trials for claim in CLAIMS.needed(0)})
+    assert len(tables) == 3
+    first, *_, last = tables
+    assert {sweep.replicate for sweep in last} == {2}
+    assert {sweep.trials for sweep in last} == {7}
+    assert tuple(replace(sweep, replicate=0) for sweep in last) == first
+    assert len(first) == len({claim.trials for claim in CLAIMS.needed(0)})
 
 
 @pytest.mark.parametrize(

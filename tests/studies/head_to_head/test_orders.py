@@ -68,9 +68,9 @@ def fraction(metric: str, cell: Cell, trial: int, _: np.random.Generator) -> flo
 
 
 def test_scores_of_the_same_trials_are_joined(make_up: MakeUp) -> None:
-    given = ["trials=2", "n_outliers=[0,10]"]
-    (half,) = plan(given)["combined"].sweeps
-    sweep = load_sweep(["experiment=combined", *given])
+    settings = ["trials=2", "n_outliers=[0,10]"]
+    half = load_sweep(plan(settings)["combined"])
+    sweep = load_sweep(["experiment=combined", *settings])
     first, second = (make_up(each, value=fraction) for each in (sweep, half))
     both = joined([first, second])["combined"]
     assert both.sweep.metrics == [*sweep.metrics, *half.metrics]

@@ -10,11 +10,10 @@ from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 from experiments.scenes import make_scene
-from studies.__main__ import main
+from studies.real.__main__ import main
 from studies.real.answers import agreement, pairs, summarise
 from studies.real.figure import draw
 from studies.real.scores import AS_IT_IS, CHANGES
-from studies.study import plans
 
 from ..conftest import undescribed
 
@@ -93,9 +92,8 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def score(path: Path, output: Path, *settings: str) -> int:
-    given = ["--settings", f"benchmark={path}", *settings]
-    return main(["real", "--part", "car", *given, "--output", str(output)])
+def score(path: Path, output: Path, *options: str) -> int:
+    return main(["--benchmark", str(path), "--sequence", "car", *options, "--output", str(output)])
 
 
 def write(path: Path, rotations: np.ndarray, positions: np.ndarray) -> None:
@@ -117,26 +115,21 @@ def test_from_files_to_a_figure(file: Path, tmp_path: Path) -> None:
         assert scaled[free].to_numpy() == pytest.approx(as_it_is[free].to_numpy(), rel=1e-6)
     assert (fewer["TAS"] != as_it_is["TAS"]).any()
     answers = [str(tmp_path / name) for name in ("1.csv", "2.csv", "3.csv")]
-    assert main(["real", "--own", str(own), "--output", *answers]) == 0
+    assert main([str(own), "--output", *answers]) == 0
     tables = [pd.read_csv(path) for path in answers]
     for function, found in zip((summarise, pairs, agreement), tables, strict=True):
         assert [n for n in undescribed(function, found) if not n.startswith("moves_")] == []
     assert isinstance(draw(*tables), Figure)
-    assert "real" not in plans()
-    plan = plans([f"benchmark={file}", "quick=true"])["real"]
-    assert plan.given == [f"benchmark={file}", "quick=true"]
-    assert list(plan.sources) == ["car"]
-    assert len(plan.sources["car"]) == 1 + 7
 
 
 def test_the_offset_of_a_clock_is_removed(file: Path, tmp_path: Path) -> None:
     before, after = tmp_path / "before.csv", tmp_path / "after.csv"
-    assert score(file, before, "quick=true") == 0
+    assert score(file, before, "--quick") == 0
     for path in (tmp_path / "car/a").iterdir():
         rows = np.loadtxt(path)
         rows[:, 0] += 0.05
         np.savetxt(path, rows)
-    assert score(file, after, "quick=true") == 0
+    assert score(file, after, "--quick") == 0
     late, plain = (pd.read_csv(path).query("system == 'a'") for path in (after, before))
     assert (late["t_offset"] - plain["t_offset"]).to_numpy() == pytest.approx(-0.05, abs=0.011)
     assert late["TAS"].to_numpy() == pytest.approx(plain["TAS"].to_numpy(), abs=0.02)
@@ -144,13 +137,9 @@ def test_the_offset_of_a_clock_is_removed(file: Path, tmp_path: Path) -> None:
 
 def test_further_metrics_by_name(file: Path, tmp_path: Path, capsys: Any) -> None:
     own = tmp_path / "car.csv"
-    for more in (
-        "[rpe@5f,'recall@5cm,5deg:hloc',TAS]",
-        "'rpe@5f,recall@5cm,5deg:hloc,TAS'",
-    ):
-        assert score(file, own, "quick=true", f"more={more}") == 0
-        table = pd.read_csv(own)
-        assert {"rpe@5f", "recall@5cm,5deg:hloc", "TAS"} <= set(table)
-        assert table.columns.is_unique
-    assert score(file, own, "quick=true", "more=nonsense") == 2
+    assert score(file, own, "--quick", "--more", "rpe@5f,recall@5cm,5deg:hloc,TAS") == 0
+    table = pd.read_csv(own)
+    assert {"rpe@5f", "recall@5cm,5deg:hloc", "TAS"} <= set(table)
+    assert table.columns.is_unique
+    assert score(file, own, "--quick", "--more", "nonsense") == 2
     assert "unknown metric 'nonsense'" in capsys.readouterr().err

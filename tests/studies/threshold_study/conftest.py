@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from experiments.config import load_sweep
 from experiments.grid import Cell
 from experiments.tables import Trials
 from studies.threshold_study.axes import Axis, axes_of, plan
@@ -26,8 +27,8 @@ def parts(make_up: Callable[..., Trials]) -> dict[str, Trials]:
     """The trials of its parts."""
     cameras = {"length": [20, 30]}
     sweeps = {
-        name: replace(table.sweeps[0], n_cameras=cameras.get(name, [20]), **GRID)
-        for name, table in plan(VALUES).items()
+        name: replace(load_sweep(settings), n_cameras=cameras.get(name, [20]), **GRID)
+        for name, settings in plan(VALUES).items()
     }
     return {name: make_up(sweep, value=falls) for name, sweep in sweeps.items()}
 

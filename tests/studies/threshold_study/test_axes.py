@@ -2,14 +2,14 @@
 
 import pytest
 
-from experiments.config import ConfigError
+from experiments.config import ConfigError, load_sweep
 from experiments.metrics import Column
 from studies.threshold_study.axes import axes_of, plan
 
 
 def test_the_papers_values_are_the_defaults_of_the_metrics() -> None:
     """Their columns have no option, so another value here would be compared with itself."""
-    axes = axes_of(plan()["outliers"].sweeps[0].metrics)
+    axes = axes_of(load_sweep(plan()["outliers"]).metrics)
     assert len(axes) == 9
     for axis in axes:
         explicit = Column.parse(f"{axis.metric}({axis.option}={axis.paper})")
@@ -17,12 +17,13 @@ def test_the_papers_values_are_the_defaults_of_the_metrics() -> None:
 
 
 def test_an_axis_can_be_given_and_keeps_the_papers_value() -> None:
-    given = plan(["tas_max_threshold=[3, 0.5]", "pas_weight=[0.2]"])
-    axes = {axis.name: axis for axis in axes_of(given["outliers"].sweeps[0].metrics)}
+    tables = plan(["tas_max_threshold=[3, 0.5]", "pas_weight=[0.2]"])
+    metrics = load_sweep(tables["outliers"]).metrics
+    axes = {axis.name: axis for axis in axes_of(metrics)}
     assert axes["tas_max_threshold"].values == ("0.5", "1", "3")
     assert axes["pas_weight"].values == ("0.2", "0.5")
-    assert "TAS(max_threshold=3)" in given["outliers"].sweeps[0].metrics
-    seeds = given["seeds"].sweeps[0].metrics
+    assert "TAS(max_threshold=3)" in metrics
+    seeds = load_sweep(tables["seeds"]).metrics
     assert {"TAS(max_threshold=3, seed=9)", "TAS(seed=0)", "PAS(weight=0.2, seed=5)"} <= set(seeds)
     assert all("seed=" in metric and "RAS" not in metric for metric in seeds)
 
