@@ -183,7 +183,7 @@ def glyph_key(figure: Figure, curves: Curves, y: float, *, series: str = "") -> 
         f"of all {series or NAMES[curves.series][1]}": Patch(color=style.GREY_BAND),
         "of all noise levels": _stroke(2.2),
     }
-    _key(figure, handles, 0.05, y, handlelength=1.2)
+    _key(figure, handles, 0.03, y, handlelength=1.2)
 
 
 def _stroke(width: float) -> Line2D:
@@ -195,5 +195,5 @@ def _key(
 ) -> None:
     width, height = figure.get_size_inches()
     placed = {"loc": "upper left", "bbox_to_anchor": (x / width, 1 - y / height)}
-    spaced = {"handletextpad": 0.5, "columnspacing": 0.8}
+    spaced = {"handletextpad": 0.4, "columnspacing": 0.6}
     style.key(figure, handles, **placed, **spaced, **options).set_in_layout(False)
