@@ -8,6 +8,7 @@ from dataclasses import dataclass
 __all__ = ["Pattern"]
 
 TOKEN = re.compile(r"(\{[^{}]*\}|\*+)")
+MAX_STARS = 4  # between two slashes; the time of a search grows with their power
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,10 @@ class Pattern:
                 )
         if re.search("[{}]", TOKEN.sub("", self.text)):
             raise ValueError(f"the pattern {self.text} has a brace without its partner")
+        if any(len(re.findall(r"\*+", part)) > MAX_STARS for part in self.text.split("/")):
+            raise ValueError(
+                f"the pattern {self.text} has more than {MAX_STARS} * between two slashes"
+            )
 
     @property
     def fields(self) -> tuple[str, ...]:

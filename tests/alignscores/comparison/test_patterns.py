@@ -54,3 +54,10 @@ def test_several_ways_to_match_are_a_problem(tmp_path, monkeypatch):
 def test_wrong_patterns(pattern, reason):
     with pytest.raises(ValueError, match=reason):
         Pattern(pattern, ["sequence"])
+
+
+def test_many_stars_in_a_name_are_refused():
+    """Whether a long name fits them could take for ever."""
+    with pytest.raises(ValueError, match="more than 4 \\* between two slashes"):
+        Pattern("{system}/*a*a*a*a*a*{system}.txt", FIELDS)
+    Pattern("*/*/*/*/*/*/{system}.txt", FIELDS)
