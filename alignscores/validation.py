@@ -189,7 +189,7 @@ def _check_block(rotations: Floats, name: str, tolerance: float, start: int) -> 
         row = int(np.argmax(wrong))
         reason = (
             f"R^T R differs from the identity by {deviation[row]:.1e}, and {tolerance:g} is "
-            "allowed; alignscores.nearest_rotations mends it where it is mere rounding"
+            "allowed; alignscores.nearest_rotations repairs it where it is mere rounding"
             if deviation[row] > tolerance
             else "its determinant is -1, a reflection"
         )

@@ -67,7 +67,7 @@ FILES = (
 )
 FAIL_ON = (
     "exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; with --baseline "
-    "also 'PAS drops 0.05', or 'worse', significantly by --by"
+    "also 'PAS drops 0.05', or 'worse': significantly, by the metric of --by"
 )
 MORE_METRICS = "more metrics, such as auc@30:vggt,rpe@1m; `alignscores metrics` lists them"
 FAILS = 3  # exit code

@@ -46,7 +46,10 @@ EVERYDAY = {
     *("t_max_diff", "t_offset", "invert", "alignment", "missing", "metrics", "json", "output"),
     *("plot", "plot_mode", "save_plot", "save_page", "verbose", "version"),
 }
-METRICS = "show these metrics instead, such as auc@30:vggt,rpe@1m; `alignscores metrics` has all"
+METRICS = (
+    "show these metrics instead of the scores, such as auc@30:vggt,rpe@1m; `alignscores metrics` "
+    "lists them"
+)
 MODES = ("xy", "xz", "yz", "xyz")
 WRITTEN = {  # options with the suffixes of their files
     "save_plot": ((".png", ".pdf", ".svg"), "save the plot as .png, .pdf or .svg"),

@@ -214,7 +214,7 @@ def compare(
         Whether each system was to be run on each sequence, so that it failed where it has no run;
         by default it was not tried there, unless the YAML file says how many ``runs`` there are.
     paired : bool
-        Whether runs of the same name belong together, such as those of one seed.
+        Whether runs of the same name are paired, such as runs of one seed.
     jobs : int
         Processes in parallel.
     cache : path, optional

@@ -1,4 +1,4 @@
-"""A reference and an estimate: their files, read, and the poses that belong together."""
+"""Reading a reference and an estimate, and matching their poses."""
 
 import warnings
 from collections.abc import Iterator

@@ -220,7 +220,7 @@ def convention(evaluation: Evaluation) -> Note | None:
         return Note("quaternions", text, "reorder them in the file")
     if found.mirrored:
         text = "the positions fit the mirror image of the reference, as in a left-handed frame"
-        return Note("mirrored", text, "correct the export: no rotation mends it")
+        return Note("mirrored", text, "correct the export: no rotation corrects it")
     return Note("frame", f"{frame} ({gain})", "--body_rotation auto removes it") if frame else None
 
 

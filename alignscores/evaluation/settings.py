@@ -23,7 +23,7 @@ from ..trajectories.formats import FORMATS, Format
 
 __all__ = ["Option", "Settings", "changed", "options", "order_problem"]
 
-MATCHING, SCORING = "which poses belong together", "scoring"  # groups in the help
+MATCHING, SCORING = "matching", "scoring"  # groups in the help
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class Settings:
         choices=MISSING,
     )
     t_max_diff: float = _seconds(
-        0.01, "largest difference of time stamps that count as the same, in s", least=0
+        0.01, "largest difference between matched time stamps, in s", least=0
     )
     sync: str = _setting(
         "interpolate",
@@ -217,7 +217,7 @@ class Settings:
     frames: FilePath | Floats | tuple[float, ...] | None = _setting(  # noqa: RUF009
         None,
         "time stamps of the expected frames, instead of --rate, in the first column of a text "
-        "file, in s or ns, as the estimate has them (implies --missing fail)",
+        "file, in s or ns like the estimate (implies --missing fail)",
         group=MATCHING,
         timed=True,
     )
@@ -287,7 +287,7 @@ class Settings:
     )
     metrics: tuple[str, ...] = _setting(
         (),
-        "by name, such as auc@30:vggt,recall@5cm,5deg:hloc,rpe@1m; --metrics help lists all",
+        "by name, such as auc@30:vggt,recall@5cm,5deg:hloc,rpe@1m; `alignscores metrics` lists all",
         group="output",
     )
 

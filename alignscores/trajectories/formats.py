@@ -70,7 +70,7 @@ FORMATS = {
         read_parts=files.read_colmap_parts,
     ),
     "matrices": Format(
-        "folders with a file a pose, a 4x4 matrix (7-Scenes, ScanNet), matched by their number",
+        "folders with one file per pose, a 4x4 matrix (7-Scenes, ScanNet), matched by their number",
         "scene0000_00/pose estimate/pose",
         files.read_matrices,
         True,

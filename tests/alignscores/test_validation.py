@@ -177,10 +177,10 @@ def test_products_in_single_precision_are_rotations():
     assert ras(rotations, rotations).score == 1.0
 
 
-def test_nearest_rotations_mends_few_digits():
+def test_nearest_rotations_repair_few_digits():
     few_digits = np.round(ROTATIONS, 3)
     few_digits[4] = np.nan
-    with pytest.raises(ValueError, match=r"\[0\].*alignscores\.nearest_rotations mends it"):
+    with pytest.raises(ValueError, match=r"\[0\].*alignscores\.nearest_rotations repairs it"):
         ras(ROTATIONS, few_digits)
     mended = nearest_rotations(few_digits)
     assert ras(ROTATIONS, mended).score == 0.95

@@ -78,7 +78,7 @@ def test_frames_and_scale_do_not_matter():
     assert added == pytest.approx(-0.137, abs=0.005)
 
 
-def test_a_clock_that_is_off_is_noted_with_the_option_that_mends_it():
+def test_a_clock_that_is_off_is_noted_with_the_option_that_corrects_it():
     truth = walk()
     assert not any(note.kind == "clock" for note in evaluate(truth, disturbed(truth, 0.0)).notes)
     notes = evaluate(truth, disturbed(truth, 0.137)).notes
