@@ -99,13 +99,14 @@ def test_an_estimate_that_cannot_be_aligned_is_a_figure_too(examples):
 
 def test_an_evaluation_plots_itself_and_saves_its_page(evaluation, tmp_path):
     with matplotlib.rc_context({"backend": "agg"}):
+        others = matplotlib.pyplot.get_fignums()  # of other tests
         figure = evaluation.plot("trajectory", plot_mode="xz")
-        assert matplotlib.pyplot.get_fignums() == [figure.number]
+        assert matplotlib.pyplot.get_fignums() == [*others, figure.number]
         matplotlib.pyplot.close(figure)
         for options in ({"kind": "error"}, {"plot_mode": "zx"}):
             with pytest.raises(ValueError, match="must be one of"):
                 evaluation.plot(**options)
-        assert matplotlib.pyplot.get_fignums() == []
+        assert matplotlib.pyplot.get_fignums() == others
     evaluation.save_page(tmp_path / "page.html")
     assert "estimate.txt against reference" in (tmp_path / "page.html").read_text()
     assert "<iframe srcdoc=" in evaluation._repr_html_()
