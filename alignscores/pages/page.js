@@ -69,7 +69,7 @@
   // Tells whether that is another address than before.
   function addressFrame() {
     const before = framed;
-    framed = `${pageOf(state.trajectory)}#${state.view}`;
+    framed = pageOf(state.trajectory) + (state.view && `#${state.view}`); // an empty fragment would scroll there
     at("own-tab").href = framed;
     return framed !== before;
   }

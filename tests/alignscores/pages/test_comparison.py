@@ -222,6 +222,13 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
         assert row[1:4] == [f"{chosen[name]:.3f}" for name in ("TAS", "RAS", "PAS")]
 
 
+def test_the_page_opens_at_its_top(patterns, page, browser):
+    """It would scroll to the frame if the frame's address ended in an empty fragment."""
+    source = browser.run(page(*patterns), 'tell(document.querySelector("#own iframe").src)')
+    assert source.startswith("blob:")
+    assert "#" not in source
+
+
 def test_a_page_of_one_s_own_tells_of_runs_that_failed(patterns, run, tmp_path):
     run(*patterns, "--html", "page.html")
     _, lacking = own_pages((tmp_path / "page.html").read_text())["car"]["estimates"]
