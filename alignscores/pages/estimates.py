@@ -93,26 +93,25 @@ def page_data(
             "unit": unit,
             "aligned": settings.how_aligned,
         },
-        "estimates": [
-            {
-                "name": estimate.name,
-                "file": estimate.file,
-                "rows": packed(estimate.rows, "<u4"),
-                "lost": packed(estimate.lost, "u1"),
-                "position": packed(estimate.position_errors, "<f8"),
-                "rotation": packed(estimate.rotation_errors, "<f8"),
-                "positions": packed(estimate.positions - centre, "<f4"),
-                "half": [finite_or_none(value) for value in estimate.half],
-                "median": [
-                    _median(errors)
-                    for errors in (estimate.position_errors, estimate.rotation_errors)
-                ],
-                "ate": estimate.ate,
-                "tracked": estimate.tracked,
-                "notes": estimate.notes,
-            }
-            for estimate in estimates
-        ],
+        "estimates": [_estimate_data(estimate, centre) for estimate in estimates],
+    }
+
+
+def _estimate_data(estimate: Estimate, centre: Floats) -> dict[str, Any]:
+    errors = estimate.position_errors, estimate.rotation_errors
+    return {
+        "name": estimate.name,
+        "file": estimate.file,
+        "rows": packed(estimate.rows, "<u4"),
+        "lost": packed(estimate.lost, "u1"),
+        "position": packed(errors[0], "<f8"),
+        "rotation": packed(errors[1], "<f8"),
+        "positions": packed(estimate.positions - centre, "<f4"),
+        "half": [finite_or_none(value) for value in estimate.half],
+        "median": [_median(values) for values in errors],
+        "ate": estimate.ate,
+        "tracked": estimate.tracked,
+        "notes": estimate.notes,
     }
 
 
