@@ -54,7 +54,7 @@ def naming(before: str = "", after: str = "") -> Iterator[None]:
 
 
 def reject(overrides: Sequence[str], keys: Sequence[str], reason: str) -> None:
-    """Raise a `ConfigError` for settings that a study decides by itself."""
+    """Raise a `ConfigError` for settings that a study decides on its own."""
     for key, _ in map(split_override, overrides):
         if key in keys:
             raise ConfigError(f"setting {key!r} cannot be set: {reason}")

@@ -59,7 +59,7 @@ addEventListener("message", (event) => {{
 </script></body></html>
 """
 
-# The processes that run tests side by side inherit it, and the programs that they start: further
+# The processes that run tests in parallel inherit it, and the programs that they start: further
 # threads of BLAS would only spin until a core is free.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Fonts and sources that programs keep for later: no test depends on the home directory.

@@ -161,7 +161,7 @@ class Reading:
         if self.experiments and claim.experiment not in self.experiments:
             return claim
         if "at" in claim.rule.needs and (self.everywhere or self.where):
-            return claim  # it compares some cells with all by itself
+            return claim  # it compares some cells with all on its own
         values: dict[str, Any] = {
             "metric": self._of(claim.metric),
             "versus": claim.versus and self._of(claim.versus),

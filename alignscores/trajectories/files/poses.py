@@ -13,7 +13,7 @@ from .text import FilePath, Source
 
 __all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
 
-MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that is taken for rounding
+MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that counts as rounding
 MAX_DEVIATION = 0.1  # deviation from a rotation beyond which a matrix is refused
 
 

@@ -182,15 +182,23 @@ def test_it_has_a_number_through_every_door(scene, examples, tmp_path, monkeypat
     assert result["RAS"] == found["RAS"]
 
 
+def by_other_doors(run, reference, estimate):
+    """The PAS of the command and of `compare`."""
+    printed = json.loads(run(reference, estimate, "--json")[1])["results"]
+    compared = compare(str(reference), [estimate]).to_dict()["results"]
+    return [one["PAS"] for one in (*printed, *compared)]
+
+
 def test_poses_without_stamps_are_matched_by_row(scene, write, run, examples):
     """TartanAir's seven columns, against KITTI's matrices and against themselves."""
     _, positions, quaternions, _ = scene["reference"]
     files = [write(text(positions, quaternions), name) for name in ("gt.txt", "est.txt")]
     assert evaluate(*files).pas == 1
+    assert by_other_doors(run, *files) == [1, 1]
     assert evaluate(files[0], examples / "kitti/estimate.txt").pas == pytest.approx(0.80, abs=0.01)
 
 
-def test_folders_of_matrices_are_matched_by_their_numbers(scene, tmp_path, examples):
+def test_folders_of_matrices_are_matched_by_their_numbers(scene, tmp_path, run, examples):
     """As of ScanNet, with -inf where there is no pose; against each other and against rows."""
     poses = scene["reference"][3]
     for number, pose in enumerate(poses):
@@ -200,6 +208,7 @@ def test_folders_of_matrices_are_matched_by_their_numbers(scene, tmp_path, examp
             np.savetxt(tmp_path / name / f"{number}.txt", pose)
     found = evaluate(tmp_path / "pose", tmp_path / "mine")
     assert (found.pas, len(found.matches.keys)) == (1, 39)
+    assert by_other_doors(run, tmp_path / "pose", tmp_path / "mine") == [1, 1]
     assert "the reference has no pose for 2.5% of the cameras" in str(found.notes[0])
     found = evaluate(tmp_path / "pose", examples / "kitti/estimate.txt")
     assert found.pas == pytest.approx(0.80, abs=0.01)

@@ -168,7 +168,7 @@ def test_scores_at_other_thresholds(patterns, run, compare, tmp_path, browser, o
 
 
 def own_pages(text):
-    """Return the data of the pages of one's own files in a page, by the sequences in the menu."""
+    """Return the data of the pages in the frame, by the sequences in the menu."""
     data = re.findall(r'<script type="application/json" id="own-\d+">(.*?)</script>', text)
     options = re.findall(r'<option value="\d+">(.*?)</option>', text)
     return dict(zip(options, map(json.loads, data), strict=True))

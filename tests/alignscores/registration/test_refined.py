@@ -173,7 +173,7 @@ def test_uneven_cameras_repeat(n, outliers, seed):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_drift_repeats(seed):
-    """Every part of the trajectory fits by itself: many local minima, and many starts they need."""
+    """Every part of the trajectory fits on its own, so there are many local minima."""
     gt, est = drifting(1500, seed)
     scores = [tas(gt, est, registration="refined", rng=rng).score for rng in range(8)]
     assert np.std(scores, ddof=1) < 0.001

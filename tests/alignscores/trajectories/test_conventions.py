@@ -1,4 +1,4 @@
-"""Mistakes of convention are found, and inaccuracy is not taken for one."""
+"""Mistakes of convention are found, and inaccuracy is not mistaken for one."""
 
 import numpy as np
 import pytest
