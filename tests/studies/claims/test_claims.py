@@ -54,7 +54,7 @@ def test_a_reading_changes_what_it_names_alone() -> None:
     claims = CLAIMS.claims
     pooled = Reading("pooled", metrics={"mAA": "mAA(pooled=true)"})
     assert pooled.of(claims["outliers-range-maa"]).metric == "mAA(pooled=true)"
-    assert pooled.of(claims["outliers-tas-steadier"]).versus == "mAA(pooled=true)"
+    assert pooled.of(claims["outliers-tas-consistent"]).versus == "mAA(pooled=true)"
     assert pooled.of(claims["outliers-range-tas"]) == claims["outliers-range-tas"]
     own = replace(claims["outliers-range-maa"], metric="mAA(pooled=false)")
     assert pooled.of(own) == own
@@ -67,7 +67,7 @@ def test_a_reading_changes_what_it_names_alone() -> None:
     beats = claims["outliers-tas-beats-dte"]
     assert few.of(beats).where == {**beats.where, "n_outliers": [1, 50]}
     ordered = Reading("order", statistics={"size of range change": "size of order change"})
-    assert ordered.of(claims["outliers-tas-steadier"]).statistic == "size of order change"
+    assert ordered.of(claims["outliers-tas-consistent"]).statistic == "size of order change"
     means = Reading("means", of_means=True)
     assert means.of(claims["outliers-range-maa"]).of_means
     assert not means.of(claims["outliers-tas-discerns"]).of_means
