@@ -6,38 +6,22 @@ from typing import Any
 
 import yaml
 
-__all__ = ["load_yaml", "parse_yaml"]
+__all__ = ["load_yaml"]
 
 MAX_BYTES = 10**6
 
 
 def load_yaml(path: str | PathLike[str]) -> Any:
-    """Return the content of a file.
-
-    Raises
-    ------
-    ValueError
-        Why it cannot be read, in one line, without the name of the file.
-    """
+    """Return the content of a file, or raise ValueError with the reason in one line."""
     try:
         with Path(path).open("rb") as file:
             data = file.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
+            raise ValueError(f"it has more than {MAX_BYTES // 10**6} MB")
+        return yaml.safe_load(data)
     except OSError as error:
-        raise ValueError(error.strerror) from None
-    if len(data) > MAX_BYTES:
-        raise ValueError(f"it has more than {MAX_BYTES // 10**6} MB")
-    return parse_yaml(data)
-
-
-def parse_yaml(text: str | bytes) -> Any:
-    """Return the content of a text; ValueError as of `load_yaml`."""
-    try:
-        return yaml.safe_load(text)
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        place = f"line {mark.line + 1}: " if mark else ""
-        raise ValueError(f"{place}{error.problem or error.context}") from None
+        raise ValueError(f"cannot be read: {error.strerror}") from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:
-        raise ValueError(" ".join(str(error).split())) from None
+        raise ValueError(f"cannot be read: {' '.join(str(error).split())}") from None
     except RecursionError:
-        raise ValueError("it is nested too deeply") from None
+        raise ValueError("cannot be read: it is nested too deeply") from None

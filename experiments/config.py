@@ -268,7 +268,7 @@ def read_yaml(path: Path, kind: type[T]) -> T:
     try:
         content = load_yaml(path)
     except ValueError as error:
-        raise ConfigError(f"cannot read {path}: {error}") from None
+        raise ConfigError(f"{path}: {error}") from None
     try:
         return TypeAdapter(kind).validate_python({} if content is None else content)
     except ValidationError as error:

@@ -10,11 +10,11 @@ from typing import Any
 from ..evaluation.settings import Settings
 from ..texts import brief, first_few, unique_names
 from ..trajectories.extras import require
-from ..trajectories.formats import FORMATS
 from ..trajectories.recognition import recognise
+from ..validation import check_positive
 from .patterns import Pattern
 
-__all__ = ["NO_SETTINGS", "Benchmark", "Estimates", "Run", "from_files", "from_patterns"]
+__all__ = ["Benchmark", "Estimates", "Run", "from_files", "from_patterns"]
 __all__ += ["read_yaml"]
 
 FIELDS = ("sequence", "system", "run")
@@ -23,7 +23,6 @@ KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
 OF_SEQUENCE = ("name", "format", "t_offset", "frames", "unit")
 OF_SYSTEM = ("name", "est_format", "runs", "invert")
 
-NO_SETTINGS = "name", "runs"  # the other entries are
 
 FilePath = str | Path
 Estimates = Sequence[FilePath] | Mapping[str, FilePath | Sequence[FilePath]]
@@ -49,14 +48,10 @@ class Benchmark:
     runs: list[Run]  # missing ones among them, in the order of sequence, system and run
     problems: list[str]  # a line for whatever is left out
     files: list[str]  # all that was found, also what is left out
-    # What differs from the settings of all, by name.
+    # Names to be shown of systems and sequences, and settings of their own.
+    names: tuple[Mapping[str, str], Mapping[str, str]] = ({}, {})
     sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
-
-    @staticmethod
-    def names(options: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-        """Return the names of systems or sequences that have others than their files."""
-        return {key: str(own["name"]) for key, own in options.items() if "name" in own}
 
 
 def from_files(
@@ -212,67 +207,63 @@ def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
     from ..yaml_files import load_yaml  # needs PyYAML
 
     try:
-        content = load_yaml(path)
-    except ValueError as error:
-        raise ValueError(f"{path}: cannot be read: {error}") from None
-    try:
+        content = _mapping(load_yaml(path), KEYS, "")
         return _described(content, Path(path).parent, expect_all)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _described(content: Any, folder: Path, expect_all: bool) -> Benchmark:
+def _described(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Benchmark:
     """Return the benchmark that the content of a YAML file describes."""
-    content = _mapping(content, KEYS, "")
     for key in ("reference", "estimate"):
         if not isinstance(value := content.get(key), str):
             raise ValueError(f"needs {key}, a text, not {brief(value)}")
-    if (form := content.get("format")) is not None and form not in FORMATS:
-        raise ValueError(f"format must be one of {', '.join(FORMATS)}")
-    of_sequences = _entries(content, "sequences", OF_SEQUENCE)
-    of_systems = _entries(content, "systems", OF_SYSTEM)
-    for values in of_sequences.values():
-        if "frames" in values:
-            values["frames"] = str(folder / values["frames"])
-    expected = {name: values["runs"] for name, values in of_systems.items() if "runs" in values}
-    expected[""] = content.get("runs")
-    for name, number in expected.items():
-        if number is not None and (type(number) is not int or number < 1):
-            where = f"systems: {name}: " if name else ""
-            raise ValueError(f"{where}runs must be a positive whole number, not {brief(number)}")
-    found = from_patterns(
+    form = Settings(format=content.get("format")).format
+    sequences = _entries(content, "sequences", OF_SEQUENCE)
+    systems = _entries(content, "systems", OF_SYSTEM)
+    names = [_pop(entries, "name") for entries in (systems, sequences)]
+    runs = {"": content["runs"]} if "runs" in content else {}
+    runs |= _pop(systems, "runs")
+    for number in runs.values():
+        check_positive(number, "runs", integer=True)
+    for entry, options in [*sequences.items(), *systems.items()]:
+        try:
+            Settings(**{"format": form, **options})
+        except ValueError as error:
+            raise ValueError(f"{entry}: {error}") from None
+        if "frames" in options:
+            options["frames"] = str(folder / options["frames"])
+    patterns = (str(folder / content[key]) for key in ("reference", "estimate"))
+    benchmark = from_patterns(
         form,
-        str(folder / content["reference"]),
-        str(folder / content["estimate"]),
+        *patterns,
         expect_all=expect_all,
-        expected=expected,
-        systems=list(of_systems),
-        sequences=list(of_sequences),
+        expected=runs,
+        systems=list(systems),
+        sequences=list(sequences),
     )
-    return replace(found, sequence_options=of_sequences, system_options=of_systems)
+    return replace(
+        benchmark, names=(names[0], names[1]), sequence_options=sequences, system_options=systems
+    )
 
 
 def _entries(
     content: Mapping[str, Any], kind: str, keys: Sequence[str]
 ) -> dict[str, dict[str, Any]]:
-    """Return what is set of each sequence or system, by its name."""
-    entries = {}
-    for name, given in _mapping(content.get(kind), None, f"{kind}: ").items():
-        where = f"{kind}: {name}"
-        values = entries[str(name)] = _mapping(given, keys, f"{where}: ")
-        for key in ("name", "frames"):
-            if not isinstance(values.get(key, ""), str):
-                raise ValueError(f"{where}: {key} must be a text, not {brief(values[key])}")
-        options = {key: value for key, value in values.items() if key not in NO_SETTINGS}
-        try:
-            Settings(**{"format": content.get("format"), **options})
-        except ValueError as error:
-            raise ValueError(f"{where}: {error}") from None
-    return entries
+    """Return what the file says about each sequence or system, by its name."""
+    entries = _mapping(content.get(kind), None, f"{kind}: ")
+    return {
+        str(name): _mapping(entry, keys, f"{kind}: {name}: ") for name, entry in entries.items()
+    }
+
+
+def _pop(entries: Mapping[str, dict[str, Any]], key: str) -> dict[str, Any]:
+    """Remove a key of all entries that have it; return its values."""
+    return {name: entry.pop(key) for name, entry in entries.items() if key in entry}
 
 
 def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, Any]:
-    """Return a mapping, an empty one for None; refuse other keys than these, if they are given."""
+    """Return a mapping, empty for None; raise ValueError for keys other than these, if any."""
     if value is None:
         return {}
     if not isinstance(value, dict):

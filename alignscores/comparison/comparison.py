@@ -19,7 +19,7 @@ from ..trajectories.files import FAILURES, read_stamps
 from ..trajectories.recognition import recognise
 from ..version import __version__
 from ..writing import write_whole
-from .benchmark import NO_SETTINGS, Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
+from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
 from .patterns import Pattern
 from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of
 from .summary import Summary, summarise
@@ -303,8 +303,7 @@ def compare_runs(
     runs = _scored(tasks, jobs, progress)
     if not runs:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
-    names = benchmark.names(benchmark.system_options), benchmark.names(benchmark.sequence_options)
-    summary = summarise(runs, settings.metrics, settings.form, paired, names)
+    summary = summarise(runs, settings.metrics, settings.form, paired, benchmark.names)
     notes += _notes_of_sequences(runs)
     said = [*_notes_of_runs(runs), *_alike("", notes)]
     return Comparison(benchmark, settings, summary, problems, said)
@@ -319,7 +318,7 @@ def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Setti
     if settings.frames is not None and "frames" not in changes:
         pattern = Pattern(str(settings.frames), ["sequence"])
         changes["frames"] = pattern.fill({"sequence": run.sequence})
-    return replace(settings, **{key: changes[key] for key in changes if key not in NO_SETTINGS})
+    return replace(settings, **changes)
 
 
 def _tasks(

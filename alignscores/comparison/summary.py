@@ -268,7 +268,7 @@ def summarise(
     length = form.unit if form.unit == "m" else ""
     headers = {name: header(name, length) for name in measured}
     shown = (
-        {key: printable(own.get(key, key)) for key in keys}
+        {key: printable(str(own.get(key, key))) for key in keys}
         for keys, own in zip((order, sequences), names, strict=True)
     )
     return Summary(headers, sequences, order, results, entries, pairs, length, *shown)
