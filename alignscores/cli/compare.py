@@ -314,7 +314,7 @@ def _text(comparison: Comparison, arguments: argparse.Namespace, changed: Change
     shown = [as_text(table, width) for table in tables(summary, by)]
     below = legend(summary, comparison.settings)
     if arguments.verbose:
-        below += conditions(summary, comparison.settings)
+        below += conditions(comparison.settings)
     parts = ["\n".join(verdict), *shown, "\n".join(below)]
     if changed:
         header = f"{by} against {printable(changed.file)}"

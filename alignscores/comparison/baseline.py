@@ -123,7 +123,11 @@ def changes(
     )
     gone = [place for place in were if place not in places]
     new = [place for place in places if place not in were]
-    notes = _listed("new", new) + _listed("gone", gone)
+    notes = [
+        f"{what}: {first_few([printable(f'{system} on {s}') for system, s in own])}"
+        for what, own in (("new", new), ("gone", gone))
+        if own
+    ]
     saved, left_out = _of_same_unit(summary, saved)
     before, after = by_system(saved), by_system(summary.results)
     pairs = {
@@ -139,11 +143,6 @@ def changes(
     smallest = [test.smallest for test in tests if test]
     enough = bool(smallest) and min(smallest) * len(smallest) <= LEVEL
     return Changes(file, name, notes + left_out, gone, before, systems, enough)
-
-
-def _listed(what: str, places: Sequence[Place]) -> list[str]:
-    texts = [printable(f"{system} on {sequence}") for system, sequence in places]
-    return [f"{what}: {first_few(texts)}"] if texts else []
 
 
 def _of_same_unit(summary: Summary, saved: Sequence[Result]) -> tuple[list[Result], list[str]]:

@@ -221,7 +221,7 @@ def _described(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Be
     form = Settings(format=content.get("format")).format
     sequences = _entries(content, "sequences", OF_SEQUENCE)
     systems = _entries(content, "systems", OF_SYSTEM)
-    names = [_pop(entries, "name") for entries in (systems, sequences)]
+    names = _pop(systems, "name"), _pop(sequences, "name")
     runs = {"": content["runs"]} if "runs" in content else {}
     runs |= _pop(systems, "runs")
     for number in runs.values():
@@ -242,9 +242,7 @@ def _described(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Be
         systems=list(systems),
         sequences=list(sequences),
     )
-    return replace(
-        benchmark, names=(names[0], names[1]), sequence_options=sequences, system_options=systems
-    )
+    return replace(benchmark, names=names, sequence_options=sequences, system_options=systems)
 
 
 def _entries(

@@ -52,7 +52,7 @@ class Comparison:
     --------
     >>> from alignscores import compare
     >>> compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
-    Comparison(1 system, 1 sequence, 1 run, 0 failed, registration='refined')
+    Comparison(systems=1, sequences=1, runs=1, failed=0, registration='refined')
     """
 
     benchmark: Benchmark
@@ -62,15 +62,12 @@ class Comparison:
     notes: list[str]
 
     def __repr__(self) -> str:
-        summary, failed = self.summary, len(self.failed)
-        numbers = {
-            "system": len(summary.systems),
-            "sequence": len(summary.sequences),
-            "run": len(summary.results),
-        }
-        parts = [f"{number} {name}{'s' * (number != 1)}" for name, number in numbers.items()]
-        registration = f"registration={self.settings.registration!r}"
-        return f"Comparison({', '.join([*parts, f'{failed} failed', registration])})"
+        summary = self.summary
+        return (
+            f"Comparison(systems={len(summary.systems)}, sequences={len(summary.sequences)}, "
+            f"runs={len(summary.results)}, failed={len(self.failed)}, "
+            f"registration={self.settings.registration!r})"
+        )
 
     def _repr_html_(self) -> str:
         lines = [*self.verdict(), *legend(self.summary, self.settings)]
@@ -241,7 +238,7 @@ def compare(
     (['estimate'], 0.8709)
     >>> runs = {"orb": [f"{folder}/estimate.txt"] * 3, "dso": f"{folder}/reference.txt"}
     >>> compare(f"{folder}/reference.txt", runs)
-    Comparison(2 systems, 1 sequence, 4 runs, 0 failed, registration='refined')
+    Comparison(systems=2, sequences=1, runs=4, failed=0, registration='refined')
     """
     settings = replace(settings or Settings(), **changes)
     benchmark = find_benchmark(str(references), estimates, settings, expect_all)
@@ -305,8 +302,8 @@ def compare_runs(
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     summary = summarise(runs, settings.metrics, settings.form, paired, benchmark.names)
     notes += _notes_of_sequences(runs)
-    said = [*_notes_of_runs(runs), *_alike("", notes)]
-    return Comparison(benchmark, settings, summary, problems, said)
+    all_notes = [*_notes_of_runs(runs), *_alike("", notes)]
+    return Comparison(benchmark, settings, summary, problems, all_notes)
 
 
 def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:

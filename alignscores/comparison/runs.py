@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,16 +71,20 @@ def evaluate_run(task: Task) -> Outcome:
     """Score an estimate, or take the result of the same files and settings from the cache."""
     if task.cache is None:
         return _scored(task)
-    settings = {**vars(task.settings), "check": task.check, "frames": None}
+    settings = {**vars(task.settings), "check": task.check, "frames": None, "file": task.estimate}
     frames = [] if task.settings.frames is None else [str(task.settings.frames)]
     file = file_of(task.cache, settings, [task.reference, task.estimate, *frames])
-    if outcome := _stored(file, task.estimate):
+    if outcome := _stored(file):
         return outcome
     outcome = _scored(task)
     if not outcome.error:
+        values = {
+            name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name, value in vars(outcome).items()
+        }
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(file, json.dumps(_to_json(outcome, task.estimate)).encode())
+            write_whole(file, json.dumps(values).encode())
         except (OSError, ValueError) as error:
             outcome.notes.append(f"is not stored in {task.cache}: {why(error)}")
     return outcome
@@ -167,25 +170,14 @@ def _score(evaluation: Evaluation, name: str) -> float:
     return distances.get(name, math.nan if known.family in LEVELS else known.worst)
 
 
-def _to_json(outcome: Outcome, estimate: str) -> dict[str, Any]:
-    """Return an outcome as JSON has it, with the file that its notes name."""
-    values = {
-        name: value.tolist() if isinstance(value, np.ndarray) else value
-        for name, value in vars(outcome).items()
-    }
-    return {**values, "estimate": estimate}
-
-
-def _stored(file: Path, estimate: str) -> Outcome | None:
-    """Return the outcome in a file, None where there is none; its notes name the estimate."""
+def _stored(file: Path) -> Outcome | None:
+    """Return the outcome in a file of the cache, None where there is none."""
     try:
         stored = json.loads(file.read_bytes())
-        written = stored.pop("estimate")
         for name, value in vars(Outcome({})).items():
             if isinstance(value, np.ndarray):
                 shape = -1, *value.shape[1:]
                 stored[name] = np.array(stored[name], value.dtype).reshape(shape)
-        stored["notes"] = [note.replace(written, estimate) for note in stored["notes"]]
         return Outcome(**stored)
     except (AttributeError, KeyError, OSError, TypeError, ValueError):
         return None

@@ -255,7 +255,11 @@ def summarise(
     pairs: list[Pair] = []
     entries: dict[tuple[str, str | None], Entry] = {}
     for sequence in [*sequences, None]:
-        there = _there(systems, sequence)
+        there = {
+            system: own if sequence is None else {sequence: own[sequence]}
+            for system, own in systems.items()
+            if sequence is None or sequence in own
+        }
         own = {name: _pairs(there, sequence, name, paired) for name in measured}
         ranks = {name: _ranks(of_name) for name, of_name in own.items()}
         for system, tried in there.items():
@@ -297,13 +301,6 @@ def _results(
         Result(run, replace(of, scores=worst, n=n, failures=n) if of.error else of)
         for run, of in own
     ]
-
-
-def _there(systems: Mapping[str, Results], sequence: str | None) -> Mapping[str, Results]:
-    """Return the systems that were tried on a sequence, with their runs there."""
-    if sequence is None:
-        return systems
-    return {name: {sequence: own[sequence]} for name, own in systems.items() if sequence in own}
 
 
 def _mean(values: Iterable[float]) -> float:

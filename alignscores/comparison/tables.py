@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import NamedTuple
 
-from ..evaluation.notes import scale_note
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..texts import WIDTH, column_widths, csv_text, padded, text_width
@@ -247,21 +246,11 @@ def legend(summary: Summary, settings: Settings) -> list[str]:
     return lines + (["; ".join(marks)] if marks else [])
 
 
-def conditions(summary: Summary, settings: Settings) -> list[str]:
+def conditions(settings: Settings) -> list[str]:
     """Return what else there is to say about the numbers."""
     lines = ["failed runs: in brackets the 95 % interval of how often a run fails"]
     if settings.missing_cameras:
         lines.append(f"missing cameras: {settings.missing_cameras}")
     if settings.form.timed:
         lines.append("no pose: share of the expected time without a pose")
-    scales: dict[str, list[float]] = {name: [] for name in summary.system_names.values()}
-    for result in summary.results:
-        if result.outcome.scale > 0:
-            scales[summary.system_names[result.run.system]].append(result.outcome.scale)
-    farthest = {
-        name: max(own, key=lambda scale: abs(math.log(scale)), default=None)
-        for name, own in scales.items()
-    }
-    if note := scale_note(farthest, settings):
-        lines.append(note)
     return lines

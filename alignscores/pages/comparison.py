@@ -72,7 +72,7 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     summary, settings = comparison.summary, comparison.settings
     key = _key(summary)
     overall, by_sequence = tables(summary, by)
-    notes = [*legend(summary, settings), *conditions(summary, settings)]
+    notes = [*legend(summary, settings), *conditions(settings)]
     pairs = summary.pairs_by(by)
     runs = {summary.sequence_names[s]: _runs(summary, by, s) for s in summary.sequences}
     errors = {summary.sequence_names[s]: _errors(comparison, s) for s in summary.sequences}

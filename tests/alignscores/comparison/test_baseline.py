@@ -156,20 +156,14 @@ def test_a_sequence_with_another_reference_is_left_out(gate, tmp_path):
     assert out.splitlines()[-1].startswith("left out: sequence car, whose d was ")
 
 
-NOT_SAVED = "nonsense", '{"results": [{"system": "orb"}]}', '{"results": 7}'
-
-
 def test_a_broken_file(patterns, run, tmp_path):
     saved = json.loads(run(*patterns, "--json")[1])
     saved["results"][0]["PAS"] = "high"
-    for content in (*NOT_SAVED, json.dumps(saved)):
+    refusal = "saved.json: is not what `alignscores compare --json` prints"
+    for content in ("nonsense", '{"results": 7}', json.dumps(saved)):
         (tmp_path / "saved.json").write_text(content)
-        reason = "saved.json: is not what `alignscores compare --json` prints"
-        assert run(*patterns, "--baseline", "saved.json") == (
-            1,
-            "",
-            f"alignscores: error: {reason}\n",
-        )
+        ended = run(*patterns, "--baseline", "saved.json")
+        assert ended == (1, "", f"alignscores: error: {refusal}\n")
     assert "none.json: cannot be read (No such" in run(*patterns, "--baseline", "none.json")[2]
 
 

@@ -30,19 +30,15 @@ def files(tmp_path, monkeypatch):
     return files
 
 
-def test_runs_that_a_yaml_file_expects(patterns, compare, tmp_path):
-    (tmp_path / "b.yaml").write_text(YAML)
-    results = compare("b.yaml")["results"]
-    missing = [(r["system"], r["run"]) for r in results if r["status"] == "missing"]
-    assert missing == [("a_b", "3"), ("c", "2"), ("a_b", "3")]
-    assert {r["unit"] for r in results if r["sequence"] == "car"} == {0.5, None}
-
-
-def test_a_yaml_file_names_systems_and_sequences(patterns, run, tmp_path):
+def test_names_and_runs_in_a_yaml_file(patterns, compare, run, tmp_path):
     (tmp_path / "b.yaml").write_text(YAML)
     out = run("b.yaml")[1]
     assert "Car & co" in out
     assert out.startswith("<A> and c are not distinguishable: ")
+    results = compare("b.yaml")["results"]
+    missing = [(r["system"], r["run"]) for r in results if r["status"] == "missing"]
+    assert missing == [("a_b", "3"), ("c", "2"), ("a_b", "3")]
+    assert {r["unit"] for r in results if r["sequence"] == "car"} == {0.5, None}
 
 
 def test_paths_are_relative_to_the_yaml_file(files, tmp_path):

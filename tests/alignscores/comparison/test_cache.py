@@ -24,7 +24,7 @@ def test_results_are_taken_from_there_and_others_computed(files, run, compare):
     assert run(*FILES, "--json", "--cache", "cache") == computed
     for path in (files / "cache").iterdir():
         stored = json.loads(path.read_text())
-        if stored["estimate"] == "a.txt":
+        if not stored["notes"]:  # a
             path.write_text(json.dumps({**stored, "unit": 7.0}))  # which tells where it is from
         else:
             path.unlink()
@@ -60,7 +60,7 @@ def test_a_model_that_changed_has_a_new_result(examples, tmp_path, run):
     assert run(*patterns, "--cache", "cache") == run(*patterns)
 
 
-@pytest.mark.parametrize("content", ["", "{", "[1, 2]", "{}"])
+@pytest.mark.parametrize("content", ["{", "[1, 2]", "{}"])
 def test_what_cannot_be_read_is_computed_again(files, run, content):
     expected = run(*FILES, "--json", "--cache", "cache")
     for path in (files / "cache").iterdir():

@@ -27,22 +27,6 @@ def test_to_dict_is_what_the_command_prints(found, patterns, run):
     assert found.problems == []
 
 
-def test_a_system_and_a_sequence_of_one_name(found, tmp_path, run):
-    (tmp_path / "car/c").rename(tmp_path / "car/car")
-    described = {
-        "format": "tum",
-        "reference": "{sequence}/gt.txt",
-        "estimate": "{sequence}/{system}/{run}.txt",
-        "sequences": {"car": {"name": "the car"}},
-        "systems": {"car": {"name": "CAR-SLAM"}},
-    }
-    (tmp_path / "b.yaml").write_text(json.dumps(described))
-    named = compare("b.yaml")
-    assert named.summary.sequence_names["car"] == "the car"
-    assert named.summary.system_names["car"] == "CAR-SLAM"
-    assert json.loads(run("b.yaml", "--json")[1]) == named.to_dict()
-
-
 def test_a_mix_up_is_told_of_the_first_run_of_a_system(patterns, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for file in (tmp_path / "helix/c").iterdir():
@@ -77,7 +61,7 @@ def test_files_and_systems_are_compared_without_patterns(found, tmp_path):
     files = compare(tmp_path / "car/gt.txt", [*runs["a_b"][:2], "car/none.txt"])
     assert set(files.summary.systems) == {"0.txt", "1.txt", "none.txt"}
     assert repr(files) == (
-        "Comparison(3 systems, 1 sequence, 3 runs, 1 failed, registration='refined')"
+        "Comparison(systems=3, sequences=1, runs=3, failed=1, registration='refined')"
     )
 
 
