@@ -89,7 +89,6 @@ rule own_runs:
         RESULTS / "real" / "own" / "{sequence}.csv",
     localrule: True
     params:
-        quick="--quick" if config.get("quick") else "",
         more=MORE,
     log:
         RESULTS / "logs" / "real" / "{sequence}.log",
@@ -97,7 +96,7 @@ rule own_runs:
         RESULTS / "benchmarks" / "real" / "{sequence}.tsv"
     shell:
         "python -m studies.real --benchmark {input.benchmark:q} --sequence {wildcards.sequence:q}"
-        " {params.quick} --more={params.more:q} --output {output:q} > {log:q} 2>&1"
+        " --more={params.more:q} --output {output:q} > {log:q} 2>&1"
 
 
 rule real_answers:

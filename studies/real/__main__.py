@@ -29,15 +29,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--output", nargs="+", type=Path, required=True, metavar="FILE")
     parser.add_argument("--benchmark", type=Path, metavar="YAML", help="score its runs instead")
     parser.add_argument("--sequence", help="of the benchmark")
-    parser.add_argument("--quick", action="store_true", help="change no estimates but their rate")
     parser.add_argument("--more", default="", metavar="NAMES", help="further metrics of files")
     return run_command(parser, _work, arguments)
 
 
 def _work(options: Namespace) -> list[Path]:
     if options.benchmark:
-        benchmark, changed = read_benchmark(options.benchmark), not options.quick
-        scores = score_sequence(benchmark, options.sequence, changed=changed, more=options.more)
+        benchmark = read_benchmark(options.benchmark)
+        scores = score_sequence(benchmark, options.sequence, more=options.more)
         return write_answers("real", [scores], options.output)
     tables = [read_table(path, dtype={"run": str}) for path in options.tables]
     runs = pd.concat(tables, ignore_index=True)

@@ -1,4 +1,4 @@
-"""What repeated runs say of metrics: how often each orders two systems, and what moves it."""
+"""What repeated runs say of metrics: how often each orders two systems."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -11,7 +11,7 @@ from alignscores.metrics import metric as find
 from experiments.metrics import METRICS
 
 from ..order import trials_needed
-from .scores import AS_IT_IS, CHANGES, EQUAL_TIMES, KEYS
+from .scores import ALL_POSES, EQUAL_TIMES, KEYS
 
 FEWEST = 3  # runs of a system on a sequence
 
@@ -30,7 +30,7 @@ def _of_pairs(table: pd.DataFrame) -> Iterator[tuple[dict[str, str], pd.DataFram
             yield {"sequence": str(sequence), "a": str(a), "b": str(b)}, of_a, of_b
 
 
-def pairs(table: pd.DataFrame, change: str = AS_IT_IS) -> pd.DataFrame:
+def pairs(table: pd.DataFrame, poses: str = ALL_POSES) -> pd.DataFrame:
     """Compare two systems on a sequence by each metric.
 
     Returns
@@ -45,7 +45,7 @@ def pairs(table: pd.DataFrame, change: str = AS_IT_IS) -> pd.DataFrame:
         - `runs`: of each system that a rank-sum test needs (at 5 %, power 80 %)
     """
     rows = []
-    for keys, of_a, of_b in _of_pairs(table[table["change"] == change]):
+    for keys, of_a, of_b in _of_pairs(table[table["poses"] == poses]):
         for metric in table.columns.drop(KEYS):
             a, b = (_sign(metric) * runs[metric].dropna().to_numpy(float) for runs in (of_a, of_b))
             if min(len(a), len(b)) < FEWEST:
@@ -96,8 +96,6 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
           second
         - `agrees`: how often two runs come in the order of the systems by another metric; the mean
           over the other metrics
-        - `moves_` with the name of a change: how far it moves a run, in standard deviations of the
-          runs of a system; the median over runs
     """
     of_pairs, equal = pairs(table), pairs(table, EQUAL_TIMES)
     found = of_pairs.groupby("metric", sort=False).agg(
@@ -110,19 +108,5 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
     agrees = agreement(of_pairs)
     others = agrees[agrees["metric"] != agrees["other"]]
     found["agrees"] = others.groupby("metric")["order"].mean()
-    for change in CHANGES:
-        if change != EQUAL_TIMES and (table["change"] == change).any():
-            moved = [_moves(table, metric, change) for metric in found.index]
-            found[f"moves_{change.replace(' ', '_')}"] = moved
     best = found.sort_values(["order", "significant"], ascending=False, kind="stable")
     return best.rename_axis("metric").reset_index()
-
-
-def _moves(table: pd.DataFrame, metric: str, change: str) -> float:
-    """Return how far a change moves a run, in standard deviations of runs; the median."""
-    runs = table.set_index(KEYS[:3])
-    as_they_are, changed = (runs.loc[runs["change"] == one, metric] for one in (AS_IT_IS, change))
-    finite = as_they_are[np.isfinite(as_they_are)]
-    scatter = finite.groupby(level=[0, 1]).var().groupby(level=0).mean() ** 0.5
-    moved = (changed - as_they_are).abs()
-    return float((moved / scatter.reindex(moved.index, level=0)).median())

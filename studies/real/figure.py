@@ -1,4 +1,4 @@
-"""How often each metric orders the systems, who agrees with whom, and what moves each metric."""
+"""How often each metric orders the systems, and who agrees with whom."""
 
 from typing import Any
 
@@ -7,7 +7,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from alignscores.arrays import Floats
 from figures import style
 
 ROW = 0.16  # inches
@@ -15,22 +14,19 @@ ROW = 0.16  # inches
 
 @style.applied()
 def draw(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> Figure:
-    """Figure: which metric orders real systems, who agrees, and what moves each."""
+    """Figure: which metric orders real systems, and who agrees."""
     metrics = list(table["metric"])
-    changes = [str(name) for name in table if str(name).startswith("moves_")]
-    widths = [1.2, 1.35, *([0.9] if changes else [])]
     figure = Figure(figsize=(style.PAGE, 1.25 + ROW * len(metrics)), layout="constrained")
-    order, agrees, *moves = figure.subplots(1, len(widths), width_ratios=widths)
+    order, agrees = figure.subplots(1, 2, width_ratios=[1.0, 1.5])
     _order(order, table, pairs)
     orders = agreement.pivot(index="metric", columns="other", values="order")
-    shares = orders.loc[metrics, metrics].to_numpy() / 50 - 1
-    _cells(agrees, shares, [[""] * len(metrics)] * len(metrics), metrics)
-    style.remark(agrees, agrees.set_title("Order by another metric"), "(dark: 100 %)")
-    if changes:
-        names = [name.removeprefix("moves_").replace("_", " ") for name in changes]
-        moved = table[changes].to_numpy()
-        _cells(moves[0], moved / 2, [[f"{value:.1f}" for value in row] for row in moved], names)
-        style.remark(moves[0], moves[0].set_title("Moved by"), "(sd of runs)")
+    cells = orders.loc[metrics, metrics].to_numpy()
+    texts = [["" if np.isnan(value) else f"{value:.0f}" for value in row] for row in cells]
+    style.draw_cells(agrees, np.clip(cells / 50 - 1, 0, 1), texts, style.SMALL - 1)
+    agrees.set_xticks(range(len(metrics)), metrics, rotation=90)
+    agrees.set_yticks([])
+    agrees.invert_yaxis()
+    agrees.set_title("Order by another metric, %")
     return figure
 
 
@@ -48,10 +44,3 @@ def _order(axes: Axes, table: pd.DataFrame, pairs: pd.DataFrame) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(0, -0.12), ncols=2, fontsize=style.SMALL)
     style.as_rows(axes)
     style.remark(axes, axes.set_title("Order, %"), "(line: a pair of systems)")
-
-
-def _cells(axes: Axes, shares: Floats, texts: list[list[str]], names: list[str]) -> None:
-    style.draw_cells(axes, np.clip(shares, 0, 1), texts, style.SMALL - 1)
-    axes.set_xticks(range(len(names)), names, rotation=90)
-    axes.set_yticks([])
-    axes.invert_yaxis()

@@ -1,19 +1,18 @@
-"""Repeated runs from user-supplied files, scored by many metrics: as they are, and changed.
+"""Repeated runs from user-supplied files, scored by many metrics: as they are, and once a second.
 
 The offset between the clocks of a system and a reference is removed first: it is an error of the
 recording and not of the poses. It is the median over the runs of the system on the sequence.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from zlib import crc32
 
 import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from alignscores.arrays import Booleans, Floats
+from alignscores.arrays import Floats
 from alignscores.comparison.benchmark import Benchmark, Run, read_yaml
 from alignscores.comparison.comparison import settings_of_run
 from alignscores.evaluation.evaluation import Evaluation
@@ -40,60 +39,17 @@ BASELINES: Mapping[str, Callable[[Floats, Floats], float]] = {  # of the poses t
     "DRE": lambda gt, est: dre(gt[:, :3, :3], est[:, :3, :3]),
     "mAA": maa,
 }
-KEYS = ["sequence", "system", "run", "t_offset", "change"]
-AS_IT_IS = "as it is"
+KEYS = ["sequence", "system", "run", "t_offset", "poses"]
+ALL_POSES = "all"
 EQUAL_TIMES = "equal times"  # one pose in each second: no metric can tell the rate of the poses
-SHARE = 0.1  # of the poses, or of the time, that is missing or far off
-FACTOR = 1.1  # by which the scale is off
-
-Change = Callable[[Trajectory, np.random.Generator], Trajectory]
 
 
-def _kept(estimate: Trajectory, kept: Booleans) -> Trajectory:
-    return Trajectory(estimate.keys[kept], estimate.poses[kept])
-
-
-def _stretch(estimate: Trajectory, rng: np.random.Generator) -> Booleans:
-    """Return which poses are in a stretch of the trajectory, somewhere inside."""
-    n = len(estimate.keys)
-    start = rng.uniform(SHARE, 1 - 2 * SHARE) * n
-    rows = np.arange(n)
-    return (rows >= start) & (rows < start + SHARE * n)
-
-
-def _far_off(estimate: Trajectory, rng: np.random.Generator) -> Trajectory:
-    """Scatter the positions of a stretch as far as the trajectory is large."""
-    outliers, poses = _stretch(estimate, rng), estimate.poses.copy()
-    size = np.nanstd(poses[:, :3, 3])
-    poses[outliers, :3, 3] += rng.normal(scale=size, size=(int(outliers.sum()), 3))
-    return estimate._replace(poses=poses)
-
-
-def _at_equal_times(estimate: Trajectory, _: np.random.Generator) -> Trajectory:
+def _at_equal_times(estimate: Trajectory) -> Trajectory:
     """Return the pose nearest to each whole second, within half of one."""
     distance = np.abs(estimate.keys - np.round(estimate.keys))
     order = np.lexsort((distance, np.round(estimate.keys)))
     rows = order[np.unique(np.round(estimate.keys)[order], return_index=True)[1]]
     return Trajectory(estimate.keys[rows], estimate.poses[rows])
-
-
-def _scaled(estimate: Trajectory, _: np.random.Generator) -> Trajectory:
-    poses = estimate.poses.copy()
-    poses[:, :3, 3] *= FACTOR
-    return estimate._replace(poses=poses)
-
-
-CHANGES: Mapping[str, Change] = {
-    EQUAL_TIMES: _at_equal_times,
-    "every 2nd": lambda estimate, _: _kept(estimate, np.arange(len(estimate.keys)) % 2 == 0),
-    "every 5th": lambda estimate, _: _kept(estimate, np.arange(len(estimate.keys)) % 5 == 0),
-    "frames lost": lambda estimate, rng: _kept(estimate, rng.random(len(estimate.keys)) >= SHARE),
-    "time lost": lambda estimate, rng: _kept(estimate, ~_stretch(estimate, rng)),
-    "outliers": _far_off,
-    "scale": _scaled,
-    "seed": lambda estimate, _: estimate,
-}
-"""Changes of an estimate. A quick look has the first alone; the last is another seed."""
 
 
 def read_benchmark(path: Path) -> Benchmark:
@@ -112,23 +68,20 @@ def sources(benchmark: Benchmark, sequence: str) -> list[str]:
     return [str(path) for file in files for path in files_below(file)]
 
 
-def score_sequence(
-    benchmark: Benchmark, sequence: str, *, changed: bool = True, more: str = ""
-) -> pd.DataFrame:
-    """Score all runs on a sequence, as they are and with each of `CHANGES`.
+def score_sequence(benchmark: Benchmark, sequence: str, *, more: str = "") -> pd.DataFrame:
+    """Score all runs on a sequence, as they are and with one pose a second.
 
     `more` names further metrics of files, with commas between them.
 
     Returns
     -------
     DataFrame
-        One row for each run and change: `sequence, system, run, t_offset` (seconds added to its
-        stamps), `change`, then one column a metric, empty where it has no value. Runs that cannot
+        Two rows for each run: `sequence, system, run, t_offset` (seconds added to its
+        stamps), `poses`, then one column a metric, empty where it has no value. Runs that cannot
         be scored have no rows.
     """
     runs = [run for run in benchmark.runs if run.sequence == sequence and run.file]
     settings = {run: _settings(benchmark, run, more) for run in runs}
-    names = [AS_IT_IS, *(CHANGES if changed else [EQUAL_TIMES])]
     with collected_warnings():
         reference = read_reference(benchmark.references[sequence], settings[runs[0]])
         estimates = {}
@@ -141,7 +94,7 @@ def score_sequence(
         rows = [
             row
             for run, estimate in tqdm(estimates.items(), desc=sequence, disable=None)
-            for row in _rows(run, reference, estimate, settings[run], offsets[run.system], names)
+            for row in _rows(run, reference, estimate, settings[run], offsets[run.system])
         ]
     columns = [*KEYS, *settings[runs[0]].metrics, *BASELINES]
     return pd.DataFrame(rows, columns=columns).dropna(axis="columns", how="all")
@@ -171,19 +124,15 @@ def _rows(
     estimate: Trajectory,
     settings: Settings,
     offset: float,
-    changes: Sequence[str],
 ) -> list[dict[str, object]]:
-    """Return the rows of a run, one a change; a change that leaves too few poses has none."""
+    """Return the rows of a run; with too few poses there is none."""
     keys = run.sequence, run.system, run.run
     chosen = replace(settings, invert=False, t_offset=0.0)
     estimate = estimate._replace(keys=estimate.keys + offset) if offset else estimate
     rows = []
-    for name in changes:
-        rng = np.random.default_rng(crc32("/".join([*keys, name]).encode()))
-        changed = CHANGES[name](estimate, rng) if name != AS_IT_IS else estimate
-        seeded = replace(chosen, seed=chosen.seed + (name == "seed"))
+    for name, poses in ((ALL_POSES, estimate), (EQUAL_TIMES, _at_equal_times(estimate))):
         try:
-            found = score(reference, changed, seeded, name="", check=False)
+            found = score(reference, poses, chosen, name="", check=False)
         except ValueError as error:
             print(f"{'/'.join(keys)}, {name}: left out: {error}", flush=True)
             continue
