@@ -1,6 +1,5 @@
 """Alignment of estimated camera positions with the ground truth, at any largest threshold."""
 
-import weakref
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
@@ -10,11 +9,11 @@ from numpy.typing import ArrayLike
 
 from .arrays import Booleans, Floats, Indices
 from .registration import REGISTRATIONS, Registration, kernel, pcr99, refined
-from .registration.kernel import Aligned, Seed, normalise
+from .registration.kernel import Aligned, Seed
 from .similarity import Similarity
 from .validation import check_positions, check_same_length, finite_rows
 
-__all__ = ["Aligned", "Aligner", "Seed", "map_threads", "normalise", "one_scene"]
+__all__ = ["Aligned", "Aligner", "Seed", "map_threads", "one_scene"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -27,8 +26,8 @@ class Aligner:
     """Aligns checked positions of concatenated scenes at one or several thresholds.
 
     Scene s has the rows from ``starts[s]`` to ``starts[s + 1]``; the other arguments are those of
-    `tas`. With `keep` the refined registration draws its hypotheses once, and the alignment of one
-    threshold is a start at the next.
+    `tas`. With `keep` the refined registration draws the hypotheses of a single scene once, and the
+    alignment of one threshold is a start at the next.
     """
 
     def __init__(
@@ -58,9 +57,7 @@ class Aligner:
             user=None if is_native else self._by_function,
         )
         self._error: BaseException | None = None  # of a user-supplied registration
-        self._kept = np.zeros(len(starts) - 1, dtype=np.uintp) if keep else None
-        if self._kept is not None:
-            weakref.finalize(self, kernel.close_scenes, self._kept)
+        self._scene = kernel.Scene() if keep else None
 
     @property
     def has_one_alignment(self) -> bool:
@@ -104,17 +101,18 @@ class Aligner:
             self.est[rows],
             self._rng,
             units[first:end],
-            None if self._kept is None else self._kept[first:end],
+            self._scene,
         )
-        if aligned is None:
-            assert self._error is not None
+        if self._error is not None:
             raise self._error
         return aligned
 
     def _by_function(
         self, n: int, gt: Any, est: Any, rank: int, threshold: float, row: Any, n_used: Any
-    ) -> int:
+    ) -> None:
         """Register one scene by a user-supplied function; store the exception that it raises."""
+        if self._error is not None:
+            return
         try:
             positions = (np.ctypeslib.as_array(points, (3, n)).T.copy() for points in (gt, est))
             registered: Any = self._register(
@@ -126,14 +124,11 @@ class Aligner:
                 alignment=self._alignment,
             )
             similarity, n_used[0] = _checked(registered, self._alignment)
-            if similarity is None:
-                return 0
-            numbers = similarity.scale, *similarity.rotation.flat, *similarity.translation
-            np.ctypeslib.as_array(row, (13,))[:] = numbers
+            if similarity is not None:
+                numbers = similarity.scale, *similarity.rotation.flat, *similarity.translation
+                np.ctypeslib.as_array(row, (13,))[:] = numbers
         except BaseException as error:
             self._error = error
-            return -1
-        return 1
 
 
 def _registration(registration: str | Registration) -> tuple[Registration, str]:

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Seed, normalise, one_scene
-from .arrays import Floats
+from .aligner import Aligner, Seed, one_scene
 from .histogram import AlignmentScore, equal_steps
 from .registration import Registration
 from .registration.kernel import closest_pairs
 from .similarity import Similarity
 from .validation import AlignmentWarning, check_positions, check_positive
 
-__all__ = ["TASResult", "closest_pair_distances", "closest_pair_quartile", "tas"]
+__all__ = ["TASResult", "closest_pair_quartile", "tas"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -250,7 +249,7 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     gt = check_positions(gt_positions, "gt_positions", complete=True)
     n = len(gt)
     rank = (3 * n + 3) // 4
-    d = float(np.partition(closest_pair_distances(gt), rank - 1)[rank - 1]) if n > 3 else np.nan
+    d = float(np.partition(closest_pairs(gt), rank - 1)[rank - 1]) if n > 3 else np.nan
     if reason := no_unit(d, n):
         raise ValueError(reason)
     return d
@@ -269,10 +268,3 @@ def no_unit(d: float, n: int) -> str:
             "another one; pass unit= to set it by hand"
         )
     return ""
-
-
-def closest_pair_distances(gt_positions: Floats) -> Floats:
-    """Return the distances (n,) of at least 2 cameras to the closest other one, in some order."""
-    local, _, unit = normalise(gt_positions)
-    with np.errstate(over="ignore"):
-        return np.asarray(unit * closest_pairs(local))

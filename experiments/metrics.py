@@ -38,7 +38,8 @@ from alignscores.metrics import metric, named
 from alignscores.protocols import PROTOCOLS, Family, Metric, NoValueError
 from alignscores.protocols.families import find
 from alignscores.registration import Registration, pcr99
-from alignscores.translation import closest_pair_distances, closest_pair_quartile
+from alignscores.registration.kernel import closest_pairs
+from alignscores.translation import closest_pair_quartile
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.discernible import dre_of_stacks, dte_of_stacks
@@ -395,7 +396,7 @@ class Batch:
 
     @cached_property
     def _closest_pairs(self) -> list[Floats]:
-        return [np.sort(closest_pair_distances(scene.gt_positions)) for scene in self.scenes]
+        return [np.sort(closest_pairs(scene.gt_positions)) for scene in self.scenes]
 
     @cached_property
     def _rotation_errors(self) -> list[Floats]:

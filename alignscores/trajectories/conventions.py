@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..aligner import normalise
 from ..arrays import Floats
 from ..averaging import angles_and_axes, project_to_rotation, rotation_angles, tlud_mean
 from ..registration import pcr99
@@ -286,8 +285,7 @@ def _fits_better(gt: Floats, other: Floats, est: Floats) -> bool:
 
 def _misfit(gt: Floats, est: Floats) -> float:
     """Median position error after robust registration, relative to the extent of the reference."""
-    gt, est = normalise(gt)[0], normalise(est)[0]
-    extent = float(np.median(np.linalg.norm(gt, axis=1)))
+    extent = float(np.median(np.linalg.norm(gt - np.median(gt, axis=0), axis=1)))
     rank, rng = len(gt) // 2 + 1, np.random.default_rng(0)
     alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=300, rng=rng)
     if alignment is None or extent == 0:

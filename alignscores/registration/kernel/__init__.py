@@ -2,13 +2,12 @@
 
 import ctypes
 from collections.abc import Callable
-from ctypes import CFUNCTYPE, POINTER, c_bool, c_double, c_int, c_size_t, c_void_p
+from ctypes import POINTER, c_bool, c_double, c_int, c_size_t, c_void_p
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...arrays import Booleans, Floats, Indices
 from ...similarity import ALIGNMENTS, check_alignment
@@ -18,11 +17,10 @@ __all__ = [
     "PRESCREEN",
     "Aligned",
     "Options",
+    "Scene",
     "Seed",
     "align_scenes",
-    "close_scenes",
     "closest_pairs",
-    "normalise",
     "options",
 ]
 
@@ -30,11 +28,11 @@ Seed = int | np.random.SeedSequence | np.random.Generator | None
 
 REGISTRATIONS = "pcr99", "refined", "user"  # in the order of kernel.h, as ALIGNMENTS
 PRESCREEN = 0.1  # of the paper
-OUTCOMES = "done", "no memory", "failed"  # in the order of scenes.c
+SAMPLER = np.random.SeedSequence(0)  # of the samples of cameras
 
 NUMBERS = POINTER(c_double)
-UserRegistration = CFUNCTYPE(
-    c_int, c_size_t, NUMBERS, NUMBERS, c_size_t, c_double, NUMBERS, POINTER(c_size_t)
+UserRegistration = ctypes.CFUNCTYPE(
+    None, c_size_t, NUMBERS, NUMBERS, c_size_t, c_double, NUMBERS, POINTER(c_size_t)
 )
 
 
@@ -61,7 +59,7 @@ def options(
     up: str = "z",
     rank: int = 0,
     prescreen: float = PRESCREEN,
-    user: Callable[..., int] | None = None,
+    user: Callable[..., None] | None = None,
 ) -> Options:
     """Return the options of a registration; that of a user is a function."""
     check_positive(n_hypotheses, "n_hypotheses", integer=True)
@@ -95,11 +93,26 @@ def _load() -> ctypes.CDLL:
 
 _LIBRARY = _load()
 assert c_size_t.in_dll(_LIBRARY, "options_size").value == ctypes.sizeof(Options)
-_LIBRARY.align_scenes.argtypes = c_void_p, c_size_t, *4 * (c_void_p,), c_bool, *5 * (c_void_p,)
-_LIBRARY.close_scenes.argtypes = c_size_t, c_void_p
+_LIBRARY.align_scenes.argtypes = c_void_p, c_size_t, *9 * (c_void_p,)
+_LIBRARY.align_scenes.restype = c_bool
+_LIBRARY.new_scene.restype = c_void_p
+_LIBRARY.delete_scene.argtypes = (c_void_p,)
+_LIBRARY.delete_scene.restype = None
 _LIBRARY.closest_pairs.argtypes = c_size_t, c_void_p, c_void_p
 _LIBRARY.closest_pairs.restype = c_bool
-_LIBRARY.normalise_positions.argtypes = c_size_t, *4 * (c_void_p,)
+_address_of = ctypes.pythonapi.PyCapsule_GetPointer
+_address_of.argtypes = ctypes.py_object, ctypes.c_char_p
+_address_of.restype = c_void_p
+
+
+class Scene:
+    """What the search of one scene goes on from at the next threshold."""
+
+    def __init__(self) -> None:
+        self.address: int = _LIBRARY.new_scene()
+
+    def __del__(self) -> None:
+        _LIBRARY.delete_scene(self.address)
 
 
 class Aligned(NamedTuple):
@@ -135,82 +148,50 @@ def align_scenes(
     est: Floats,
     rng: Seed,
     units: Floats,
-    kept: NDArray[np.uintp] | None = None,
-) -> Aligned | None:
-    """Align scenes, as ``scenes.c`` says; return None where a user's registration failed.
+    scene: Scene | None = None,
+) -> Aligned:
+    """Return alignments and errors of scenes; see ``scenes.c``.
 
     Scene s has the rows from ``starts[s]`` to ``starts[s + 1]`` of ``gt`` and ``est``, (N, 3) and
-    contiguous. Each is registered with the same seed; a Generator goes on from scene to scene.
+    contiguous. Each is registered with the same seed; a Generator goes on from scene to scene. A
+    single scene may go on from the call before.
     """
-    n, generator = len(units), _generator(rng)
-    random = _state(generator)
-    aligned = Aligned(np.empty((n, 13)), np.empty(len(gt)), units.copy(), np.empty(n, np.intp))
-    start, truth, estimate, words, keep, *found = [
-        None if array is None else array.__array_interface__["data"][0]
-        for array in (starts, gt, est, random, kept, *aligned)
-    ]
-    goes_on = isinstance(rng, np.random.Generator)
-    outcome = _LIBRARY.align_scenes(
-        ctypes.byref(options), n, start, truth, estimate, words, goes_on, keep, *found
+    n = len(units)
+    generators = [generator(rng) for _ in range(n)]
+    if options.registration == REGISTRATIONS.index("refined"):
+        generators += [np.random.default_rng(SAMPLER) for _ in range(n)]
+    random = [_address_of(one.bit_generator.capsule, b"BitGenerator") for one in generators]
+    rows, errors = np.full((n, 13), np.nan), np.full(len(gt), np.inf)
+    aligned = Aligned(rows, errors, units.copy(), np.zeros(n, np.intp))
+    start, truth, estimate, *results = (
+        array.__array_interface__["data"][0] for array in (starts, gt, est, *aligned)
     )
-    if goes_on and options.registration != REGISTRATIONS.index("user"):
-        _set_state(generator, random)
-    if OUTCOMES[outcome] == "no memory":
+    if not _LIBRARY.align_scenes(
+        ctypes.byref(options),
+        n,
+        start,
+        truth,
+        estimate,
+        (c_void_p * len(random))(*random),
+        scene and scene.address,
+        *results,
+    ):
         raise MemoryError(f"there is no memory for {options.n_hypotheses} hypotheses")
-    return aligned if OUTCOMES[outcome] == "done" else None
+    return aligned
 
 
-def _generator(rng: Seed) -> np.random.Generator:
-    """Return a Generator of PCG64; one of another kind gives it a seed."""
+def generator(rng: Seed) -> np.random.Generator:
+    """Return the Generator itself, or one of a seed."""
     try:
-        generator = np.random.default_rng(rng)
+        return np.random.default_rng(rng)
     except (TypeError, ValueError) as error:
         raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
-    if isinstance(generator.bit_generator, np.random.PCG64):
-        return generator
-    return np.random.default_rng(int(generator.integers(2**63)))
-
-
-def _state(generator: np.random.Generator) -> NDArray[np.uint64]:
-    """Return the state of PCG64 as ``kernel.h`` declares it."""
-    state: Any = generator.bit_generator.state
-    numbers = state["state"]["state"], state["state"]["inc"]
-    halves = [half for number in numbers for half in divmod(number, 2**64)]
-    return np.array([*halves, state["has_uint32"], state["uinteger"]], dtype=np.uint64)
-
-
-def _set_state(generator: np.random.Generator, words: NDArray[np.uint64]) -> None:
-    """Let a generator go on from a state."""
-    high, low, inc_high, inc_low, has_half, half = words.tolist()
-    generator.bit_generator.state = {
-        "bit_generator": "PCG64",
-        "state": {"state": high << 64 | low, "inc": inc_high << 64 | inc_low},
-        "has_uint32": has_half,
-        "uinteger": half,
-    }
-
-
-def close_scenes(kept: NDArray[np.uintp]) -> None:
-    """Free scenes that were kept."""
-    _LIBRARY.close_scenes(len(kept), kept.ctypes.data)
-
-
-def normalise(positions: Floats) -> tuple[Floats, Floats, float]:
-    """Return positions (n, 3) centred on their median and divided by their spread, and both.
-
-    The spread is a power of two near the median distance from the median along an axis.
-    """
-    rows = np.ascontiguousarray(positions)
-    points, centre, unit = np.empty(rows.shape[::-1]), np.empty(3), np.empty(1)
-    arrays: tuple[Any, ...] = rows, points, centre, unit
-    _LIBRARY.normalise_positions(len(rows), *(array.ctypes.data for array in arrays))
-    return points.T, centre, float(unit[0])
 
 
 def closest_pairs(positions: Floats) -> Floats:
-    """Return the distances (n,) of normalised positions to the closest other one, in some order."""
-    points = np.ascontiguousarray(positions.T)
-    distances = np.empty(len(positions))
-    if not _LIBRARY.closest_pairs(len(positions), points.ctypes.data, distances.ctypes.data):
-        raise MemoryError(f"there is no memory for the closest pairs of {len(positions)} cameras")
+    """Return the distances (n,) of positions (n, 3) to the closest other one, in some order."""
+    rows = np.ascontiguousarray(positions)
+    distances = np.empty(len(rows))
+    if not _LIBRARY.closest_pairs(len(rows), rows.ctypes.data, distances.ctypes.data):
+        raise MemoryError(f"there is no memory for the closest pairs of {len(rows)} cameras")
     return distances

@@ -8,6 +8,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <setjmp.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -49,8 +50,8 @@ typedef struct {
 
 /* The same cameras in both worlds. */
 typedef struct {
-    size_t n;
-    const double *gt, *est; /* (3, n) */
+    size_t n, stride;
+    const double *gt, *est; /* (3, stride), of which the first n columns are used */
 } cameras;
 
 /* Weighted sums, of which a least-squares fit is made. */
@@ -63,10 +64,9 @@ typedef struct {
 enum { SIMILARITY, RIGID, YAW, NONE };
 enum { PCR99, REFINED, USER };
 
-/* A registration in Python, of normalised positions; 1 if it found an alignment, 0 if there is none,
-   -1 if it failed. */
-typedef int user_registration(size_t n, const double *gt, const double *est, size_t rank,
-                              double threshold, similarity *found, size_t *n_used);
+/* A registration in Python, of normalised positions; the alignment stays NaN where there is none. */
+typedef void user_registration(size_t n, const double *gt, const double *est, size_t rank,
+                               double threshold, similarity *alignment, size_t *n_used);
 
 typedef struct {
     int registration, alignment;
@@ -77,25 +77,27 @@ typedef struct {
     user_registration *user;
 } options;
 
-/* The state of NumPy's PCG64, the upper half of a number first. */
+/* The beginning of NumPy's bitgen_t. */
 typedef struct {
-    uint64_t state[2], increment[2], has_half, half;
-} pcg64;
+    void *state;
+    uint64_t (*next_uint64)(void *);
+    uint32_t (*next_uint32)(void *);
+} bitgen;
 
 typedef struct {
     uint32_t i, j, k;
 } triplet;
 
-/* memory.c: memory that is freed at once. */
+/* memory.c */
 typedef struct block block;
 typedef struct {
     block *last;
+    jmp_buf no_memory;
 } pool;
-void *allocate(pool *memory, size_t count, size_t size); /* NULL if there is none */
+void *allocate(pool *memory, size_t count, size_t size);
 void release(pool *memory);
-
-/* memory.c: the value of this rank, counted from 0; the values are reordered. */
-double nth_smallest(double *values, size_t n, size_t rank);
+double nth_smallest(double *values, size_t n, size_t rank); /* reorders them; ranks begin at 0 */
+void split_positions(double *const position[3], ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle);
 
 /* similarity.c */
 size_t fit_triplets(const cameras *c, triplet *triplets, size_t count, int alignment,
@@ -106,34 +108,34 @@ bool fit_moments(const moments *all, size_t count, int alignment, similarity *fi
 /* triplets.c */
 size_t n_triplets(size_t n);
 size_t max_prescreened(size_t n, size_t n_wanted);
-bool prescreened_triplets(const cameras *c, double prescreen, size_t n_wanted, pcg64 *random,
-                          triplet *kept, size_t *n_kept);
+size_t prescreened_triplets(pool *memory, const cameras *c, const options *o, bitgen *random,
+                            triplet *triplets);
 void all_triplets(const cameras *c, triplet *triplets);
-void permute(pcg64 *random, size_t n, uint32_t *order);
+void permute(bitgen *random, size_t n, uint32_t *order);
 
-/* pcr99.c; false if there is no memory, as of all functions that return bool below */
-bool pcr99(const cameras *c, const options *o, size_t rank, pcg64 *random, similarity *found,
-           size_t *n_used);
+/* pcr99.c */
+size_t pcr99(pool *memory, const cameras *c, const options *o, size_t rank, bitgen *random,
+             similarity *alignment);
 
-/* refined.c: what is known of a scene whatever the threshold, and found at the threshold before */
+/* refined.c: the search of a scene, at one or several thresholds */
 typedef struct {
     bool many_thresholds;
     cameras shuffled;
     similarity *hypotheses;
     size_t n_hypotheses;
-    similarity found;
-    bool is_found;
+    double *errors; /* (n,), overwritten */
+    similarity best; /* at the threshold before; its scale is NaN if there is none */
 } search;
-bool begin_search(pool *memory, const cameras *c, const options *o, pcg64 *random,
-                  search *all);
-bool refined(search *all, const options *o, double threshold);
+void begin_search(pool *memory, const cameras *c, const options *o, bitgen *random,
+                  bitgen *sampler, search *all);
+void refined(search *all, const options *o, double threshold);
 
 /* neighbours.c */
-bool closest_pairs(size_t n, const double *positions, double *distances);
+void closest_distances(pool *memory, size_t n, const double *positions, double *distances);
 
-static inline vector point(const double *points, size_t n, size_t i)
+static inline vector point(const double *points, size_t stride, size_t i)
 {
-    return (vector){points[i], points[n + i], points[2 * n + i]};
+    return (vector){points[i], points[stride + i], points[2 * stride + i]};
 }
 
 static inline vector plus(vector a, vector b)
@@ -171,12 +173,11 @@ static inline vector rotated(matrix rotation, vector a)
     return (vector){dot(rotation.x, a), dot(rotation.y, a), dot(rotation.z, a)};
 }
 
-/* Squared error of camera i in the ground truth. */
-static inline double squared_error(const double *gt, const double *est, size_t n, size_t i,
-                                   double shrink, const similarity *s)
+/* Squared error of camera i in the ground truth; shrink is 1 / s.scale. */
+static inline double squared_error(const cameras *c, size_t i, double shrink, const similarity *s)
 {
-    vector aligned = times(shrink, minus(point(est, n, i), s->translation));
-    vector residual = minus(aligned, rotated(s->rotation, point(gt, n, i)));
+    vector aligned = times(shrink, minus(point(c->est, c->stride, i), s->translation));
+    vector residual = minus(aligned, rotated(s->rotation, point(c->gt, c->stride, i)));
     return dot(residual, residual);
 }
 

@@ -4,21 +4,13 @@
 
 #define LEAF 32 /* positions at most, all of which are looked at */
 
-/* Node k has the positions from `low` to `high`; its halves are nodes 2 k and 2 k + 1. */
+/* Positions from `low` to `high` are split at the middle one, along an axis that is stored there with
+   the coordinate; the halves are split alike. */
 typedef struct {
     double *position[3];
     int *axes;
     double *splits;
 } tree;
-
-static void swap(tree *t, ptrdiff_t i, ptrdiff_t j)
-{
-    for (size_t k = 0; k < 3; k++) {
-        double x = t->position[k][i];
-        t->position[k][i] = t->position[k][j];
-        t->position[k][j] = x;
-    }
-}
 
 /* The axis along which positions extend most. */
 static int widest(const tree *t, ptrdiff_t low, ptrdiff_t high)
@@ -33,41 +25,25 @@ static int widest(const tree *t, ptrdiff_t low, ptrdiff_t high)
             least = x[i] < least ? x[i] : least;
             most = x[i] > most ? x[i] : most;
         }
-        if (most - least > width) {
-            width = most - least;
-            axis = k;
-        }
+        axis = most - least > width ? k : axis;
+        width = fmax(most - least, width);
     }
     return axis;
 }
 
-static void build(tree *t, ptrdiff_t low, ptrdiff_t high, size_t node)
+static void build(tree *t, ptrdiff_t low, ptrdiff_t high)
 {
     if (high - low <= LEAF)
         return;
+    ptrdiff_t middle = low + (high - low) / 2;
     int axis = widest(t, low, high);
-    ptrdiff_t middle = low + (high - low) / 2, first = low, last = high - 1;
-    double *x = t->position[axis];
-    while (first < last) { /* Hoare's Find, as nth_smallest, but of rows */
-        ptrdiff_t i = first, j = last;
-        double pivot = x[middle];
-        while (i <= j) {
-            while (x[i] < pivot)
-                i++;
-            while (pivot < x[j])
-                j--;
-            if (i <= j)
-                swap(t, i++, j--);
-        }
-        if (j < middle)
-            first = i;
-        if (middle < i)
-            last = j;
-    }
-    t->axes[node] = axis;
-    t->splits[node] = x[middle];
-    build(t, low, middle, 2 * node);
-    build(t, middle, high, 2 * node + 1);
+    double *const rows[3] = {t->position[axis], t->position[(axis + 1) % 3],
+                             t->position[(axis + 2) % 3]};
+    split_positions(rows, low, high, middle);
+    t->axes[middle] = axis;
+    t->splits[middle] = rows[0][middle];
+    build(t, low, middle);
+    build(t, middle, high);
 }
 
 /* The squared distance of position `self` to the closest other one from `low` to `high`, if it is
@@ -75,53 +51,40 @@ static void build(tree *t, ptrdiff_t low, ptrdiff_t high, size_t node)
 EVERY_WIDTH
 static double closest_of(const double *restrict x, const double *restrict y,
                          const double *restrict z, ptrdiff_t low, ptrdiff_t high, ptrdiff_t self,
-                         double found)
+                         double least)
 {
     const double a = x[self], b = y[self], c = z[self];
-#pragma omp simd reduction(min : found)
+#pragma omp simd reduction(min : least)
     for (ptrdiff_t i = low; i < high; i++) {
         double u = x[i] - a, v = y[i] - b, w = z[i] - c;
         double square = i == self ? INFINITY : u * u + v * v + w * w;
-        found = square < found ? square : found;
+        least = square < least ? square : least;
     }
-    return found;
+    return least;
 }
 
-static double closest(const tree *t, ptrdiff_t low, ptrdiff_t high, size_t node, ptrdiff_t self,
-                      double found)
+static double closest(const tree *t, ptrdiff_t low, ptrdiff_t high, ptrdiff_t self, double least)
 {
     if (high - low <= LEAF)
-        return closest_of(t->position[0], t->position[1], t->position[2], low, high, self, found);
+        return closest_of(t->position[0], t->position[1], t->position[2], low, high, self, least);
     ptrdiff_t middle = low + (high - low) / 2;
-    double off = t->position[t->axes[node]][self] - t->splits[node];
+    double off = t->position[t->axes[middle]][self] - t->splits[middle];
     if (off < 0) {
-        found = closest(t, low, middle, 2 * node, self, found);
-        return off * off < found ? closest(t, middle, high, 2 * node + 1, self, found) : found;
+        least = closest(t, low, middle, self, least);
+        return off * off < least ? closest(t, middle, high, self, least) : least;
     }
-    found = closest(t, middle, high, 2 * node + 1, self, found);
-    return off * off < found ? closest(t, low, middle, 2 * node, self, found) : found;
+    least = closest(t, middle, high, self, least);
+    return off * off < least ? closest(t, low, middle, self, least) : least;
 }
 
 /* The distances of normalised positions (3, n) to the closest other one each, in some order. */
-EXPORTED
-bool closest_pairs(size_t n, const double *positions, double *distances)
+void closest_distances(pool *memory, size_t n, const double *positions, double *distances)
 {
-    size_t n_nodes = 2;
-    for (size_t size = n; size > LEAF; size = (size + 1) / 2)
-        n_nodes *= 2;
-    pool memory = {0};
-    tree t = {{0}, allocate(&memory, n_nodes, sizeof *t.axes),
-              allocate(&memory, n_nodes, sizeof *t.splits)};
-    double *copy = allocate(&memory, n, 3 * sizeof *copy);
-    bool done = t.axes && t.splits && copy;
-    if (done) {
-        memcpy(copy, positions, 3 * n * sizeof *copy);
-        for (size_t k = 0; k < 3; k++)
-            t.position[k] = copy + k * n;
-        build(&t, 0, (ptrdiff_t)n, 1);
-        for (ptrdiff_t i = 0; i < (ptrdiff_t)n; i++)
-            distances[i] = sqrt(closest(&t, 0, (ptrdiff_t)n, 1, i, INFINITY));
-    }
-    release(&memory);
-    return done;
+    double *copy = allocate(memory, n, 3 * sizeof *copy);
+    tree t = {{copy, copy + n, copy + 2 * n}, allocate(memory, n, sizeof *t.axes),
+              allocate(memory, n, sizeof *t.splits)};
+    memcpy(copy, positions, 3 * n * sizeof *copy);
+    build(&t, 0, (ptrdiff_t)n);
+    for (ptrdiff_t i = 0; i < (ptrdiff_t)n; i++)
+        distances[i] = sqrt(closest(&t, 0, (ptrdiff_t)n, i, INFINITY));
 }

@@ -17,30 +17,23 @@
 #define FINE_TOLERANCE 1e-9 /* of up to SMALL_N cameras, where steps cost little */
 #define MAX_STARTS (N_STARTS + N_NEIGHBOURHOODS + 2)
 
-/* numpy.random.default_rng(0), which draws the sample */
-#define SAMPLER \
-    {{0x1aa1b5345996452d, 0x09585eb7a69561e3}, {0x418ddadb3af71a82, 0x588133bc447873a9}, 0, 0}
-
 /* Cameras, and what is asked for: the largest threshold T, the resolution r. */
 typedef struct {
     cameras c;
     double threshold, resolution;
     int alignment;
     double *errors; /* (n,), overwritten */
-    moments *sums;  /* (MAX_STARTS,), overwritten */
 } problem;
 
 EVERY_WIDTH
-static void smoothed_errors(const double *restrict gt, const double *restrict est, size_t n,
-                            const similarity *restrict s, double resolution,
+static void smoothed_errors(const cameras *c, const similarity *s, double resolution,
                             double *restrict errors)
 {
+    const cameras cameras = *c;
     const similarity copy = *s;
     const double shrink = 1 / copy.scale;
-    for (size_t i = 0; i < n; i++) {
-        double square = squared_error(gt, est, n, i, shrink, &copy);
-        errors[i] = sqrt(square + resolution * resolution);
-    }
+    for (size_t i = 0; i < cameras.n; i++)
+        errors[i] = sqrt(squared_error(&cameras, i, shrink, &copy) + resolution * resolution);
 }
 
 /* Sum of what is below the threshold, which counts for the others. */
@@ -63,7 +56,7 @@ static void to_weights(double *restrict errors, size_t n, double threshold)
 
 static double truncated_cost(const problem *p, const similarity *s)
 {
-    smoothed_errors(p->c.gt, p->c.est, p->c.n, s, p->resolution, p->errors);
+    smoothed_errors(&p->c, s, p->resolution, p->errors);
     return truncated_sum(p->errors, p->c.n, p->threshold);
 }
 
@@ -114,16 +107,17 @@ static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_
                      double least_gain)
 {
     start starts[MAX_STARTS];
+    moments sums[MAX_STARTS];
     double largest_gain = INFINITY;
     for (size_t h = 0; h < count; h++)
         starts[h] = (start){rows[h], truncated_cost(p, &rows[h]), INFINITY};
     while (count > n_left || largest_gain > least_gain) {
         for (size_t h = 0; h < count; h++) {
-            smoothed_errors(p->c.gt, p->c.est, p->c.n, &starts[h].at, p->resolution, p->errors);
+            smoothed_errors(&p->c, &starts[h].at, p->resolution, p->errors);
             to_weights(p->errors, p->c.n, p->threshold);
-            p->sums[h] = weighted_moments(&p->c, p->errors);
+            sums[h] = weighted_moments(&p->c, p->errors);
         }
-        fit_moments(p->sums, count, p->alignment, rows);
+        fit_moments(sums, count, p->alignment, rows);
         for (size_t h = 0; h < count; h++) {
             start moved = starts[h];
             double cost = truncated_cost(p, &rows[h]);
@@ -148,12 +142,13 @@ static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_
 }
 
 EVERY_WIDTH
-static void distances(const double *restrict points, size_t n, vector from, size_t count,
-                      double *restrict found)
+static void distances(const double *restrict points, size_t stride, size_t from, size_t n,
+                      double *restrict lengths)
 {
-    for (size_t i = 0; i < count; i++) {
-        vector difference = minus(from, point(points, n, i));
-        found[i] = sqrt(dot(difference, difference));
+    const vector centre = point(points, stride, from);
+    for (size_t i = 0; i < n; i++) {
+        vector difference = minus(centre, point(points, stride, i));
+        lengths[i] = sqrt(dot(difference, difference));
     }
 }
 
@@ -164,21 +159,22 @@ static size_t fit_neighbourhoods(const problem *p, similarity *fits)
 {
     const cameras *c = &p->c;
     double *weights = p->errors;
+    moments sums[N_NEIGHBOURHOODS + 1];
     ranking densest = {.n_max = N_NEIGHBOURHOODS};
     size_t n_candidates = smaller(c->n, SMALL_SAMPLE);
     for (size_t i = 0; i < n_candidates; i++) {
-        distances(c->gt, c->n, point(c->gt, c->n, i), n_candidates, weights);
+        distances(c->gt, c->stride, i, n_candidates, weights);
         insert(&densest, truncated_sum(weights, n_candidates, p->threshold), i);
     }
     for (size_t k = 0; k <= densest.count; k++) {
         bool all = k == densest.count;
         if (!all)
-            distances(c->gt, c->n, point(c->gt, c->n, densest.indices[k]), c->n, weights);
+            distances(c->gt, c->stride, densest.indices[k], c->n, weights);
         for (size_t i = 0; i < c->n; i++)
             weights[i] = all || weights[i] < p->threshold;
-        p->sums[k] = weighted_moments(c, weights);
+        sums[k] = weighted_moments(c, weights);
     }
-    fit_moments(p->sums, densest.count + 1, p->alignment, fits);
+    fit_moments(sums, densest.count + 1, p->alignment, fits);
     return densest.count + 1;
 }
 
@@ -186,10 +182,10 @@ static size_t fit_neighbourhoods(const problem *p, similarity *fits)
 static double *shuffled(pool *memory, const double *points, size_t n, const uint32_t *order)
 {
     double *copy = allocate(memory, n, 3 * sizeof *copy);
-    for (size_t k = 0; copy && k < 3; k++)
+    for (size_t k = 0; k < 3; k++)
         for (size_t i = 0; i < n; i++) {
             double x = points[k * n + order[i]];
-            x = x < -FARTHEST_SQUARABLE ? -FARTHEST_SQUARABLE : x; /* NaN stays */
+            x = x < -FARTHEST_SQUARABLE ? -FARTHEST_SQUARABLE : x;
             copy[k * n + i] = x > FARTHEST_SQUARABLE ? FARTHEST_SQUARABLE : x;
         }
     return copy;
@@ -222,89 +218,61 @@ static bool is_usable(const similarity *s)
 }
 
 /* The hypotheses are those of PCR-99, of few cameras all triplets. */
-bool begin_search(pool *memory, const cameras *c, const options *o, pcg64 *random, search *all)
+void begin_search(pool *memory, const cameras *c, const options *o, bitgen *random,
+                  bitgen *sampler, search *all)
 {
-    pcg64 sampler = SAMPLER;
-    pool local = {0};
     bool all_are_tried = c->n <= SMALL_N;
     size_t count = all_are_tried ? n_triplets(c->n) : max_prescreened(c->n, o->n_hypotheses);
     size_t n_subsets = c->n <= FEWEST ? (size_t)1 << c->n : 0;
-    uint32_t *order = allocate(&local, c->n, sizeof *order);
-    triplet *triplets = allocate(&local, count, sizeof *triplets);
-    moments *sums = allocate(&local, n_subsets, sizeof *sums);
+    uint32_t *order = allocate(memory, c->n, sizeof *order);
+    triplet *triplets = allocate(memory, count, sizeof *triplets);
+    moments *sums = allocate(memory, n_subsets, sizeof *sums);
     similarity *rows = allocate(memory, count + n_subsets, sizeof *rows);
-    bool done = order && triplets && sums && rows;
-    if (done && all_are_tried)
+    if (all_are_tried)
         all_triplets(c, triplets);
-    else if (done)
-        done = prescreened_triplets(c, o->prescreen, o->n_hypotheses, random, triplets, &count);
-    if (done) {
-        permute(&sampler, c->n, order);
-        all->shuffled = (cameras){c->n, shuffled(memory, c->gt, c->n, order),
-                                  shuffled(memory, c->est, c->n, order)};
-        done = all->shuffled.gt && all->shuffled.est;
-    }
-    if (done) {
-        fit_triplets(c, triplets, count, o->alignment, rows);
-        if (n_subsets > 0)
-            count += fit_subsets(c, o->alignment, sums, rows + count);
-        all->hypotheses = rows;
-        all->n_hypotheses = 0;
-        for (size_t h = 0; h < count; h++)
-            if (is_usable(&rows[h]))
-                rows[all->n_hypotheses++] = rows[h];
-    }
-    release(&local);
-    return done;
+    else
+        count = prescreened_triplets(memory, c, o, random, triplets);
+    permute(sampler, c->n, order);
+    all->shuffled = (cameras){c->n, c->n, shuffled(memory, c->gt, c->n, order),
+                              shuffled(memory, c->est, c->n, order)};
+    all->errors = allocate(memory, c->n, sizeof *all->errors);
+    all->best.scale = NAN;
+    fit_triplets(c, triplets, count, o->alignment, rows);
+    if (n_subsets > 0)
+        count += fit_subsets(c, o->alignment, sums, rows + count);
+    all->hypotheses = rows;
+    all->n_hypotheses = 0;
+    for (size_t h = 0; h < count; h++)
+        if (is_usable(&rows[h]))
+            rows[all->n_hypotheses++] = rows[h];
 }
 
-/* The first cameras alone, which are a sample, as the order is random. */
-static problem sampled(const problem *all, size_t n, double *points)
-{
-    problem p = *all;
-    n = smaller(n, all->c.n);
-    for (size_t k = 0; k < 3; k++) {
-        memcpy(points + k * n, all->c.gt + k * all->c.n, n * sizeof *points);
-        memcpy(points + (3 + k) * n, all->c.est + k * all->c.n, n * sizeof *points);
-    }
-    p.c = (cameras){n, points, points + 3 * n};
-    return p;
-}
-
-/* Find the best alignment for a largest threshold; what was found at the one before is a start. */
-bool refined(search *all, const options *o, double threshold)
+/* Find the best alignment for a largest threshold; the one at the threshold before is a start. */
+void refined(search *all, const options *o, double threshold)
 {
     threshold = fmin(fmax(threshold, 1 / FARTHEST_SQUARABLE), FARTHEST_SQUARABLE);
-    size_t n = all->shuffled.n, count = all->n_hypotheses;
-    const similarity *hypotheses = all->hypotheses;
+    const size_t n = all->shuffled.n;
+    const bool has_best = !isnan(all->best.scale);
     similarity chosen[4 * N_STARTS], starts[MAX_STARTS];
-    pool memory = {0};
-    problem p = {all->shuffled, threshold, RESOLUTION * threshold, o->alignment,
-                 allocate(&memory, n, sizeof *p.errors),
-                 allocate(&memory, MAX_STARTS, sizeof *p.sums)};
-    double *points = allocate(&memory, SAMPLE, 6 * sizeof *points);
-    bool done = p.errors && p.sums && points;
-    if (done) {
-        if (n > SMALL_SAMPLE) {
-            problem small = sampled(&p, SMALL_SAMPLE, points);
-            count = choose(&small, hypotheses, count, 4 * N_STARTS, chosen);
-            hypotheses = chosen;
-        }
-        /* The first of several thresholds only leads to the next. */
-        size_t n_starts = all->many_thresholds && !all->is_found ? N_FINALISTS : N_STARTS;
-        problem sample = sampled(&p, SAMPLE, points);
-        count = choose(&sample, hypotheses, count, n_starts, starts);
-        count += fit_neighbourhoods(&sample, starts + count);
-        count = refine(&sample, starts, count, N_FINALISTS, INFINITY);
-        if (all->is_found)
-            starts[count++] = all->found;
-        double tolerance = n > SMALL_N ? TOLERANCE : FINE_TOLERANCE;
-        refine(&p, starts, count, 1, tolerance * threshold * (double)n);
-        if (is_usable(starts)) {
-            all->found = starts[0];
-            all->is_found = true;
-        }
+    const problem p = {all->shuffled, threshold, RESOLUTION * threshold, o->alignment, all->errors};
+    problem small_sample = p, sample = p; /* the first cameras, as their order is random */
+    small_sample.c.n = smaller(n, SMALL_SAMPLE);
+    sample.c.n = smaller(n, SAMPLE);
+    const similarity *hypotheses = all->hypotheses;
+    size_t count = all->n_hypotheses;
+    if (n > SMALL_SAMPLE) {
+        count = choose(&small_sample, hypotheses, count, 4 * N_STARTS, chosen);
+        hypotheses = chosen;
     }
-    release(&memory);
-    return done;
+    /* The first of several thresholds only leads to the next. */
+    size_t n_starts = all->many_thresholds && !has_best ? N_FINALISTS : N_STARTS;
+    count = choose(&sample, hypotheses, count, n_starts, starts);
+    count += fit_neighbourhoods(&sample, starts + count);
+    count = refine(&sample, starts, count, N_FINALISTS, INFINITY);
+    if (has_best)
+        starts[count++] = all->best;
+    double tolerance = n > SMALL_N ? TOLERANCE : FINE_TOLERANCE;
+    refine(&p, starts, count, 1, tolerance * threshold * (double)n);
+    if (is_usable(starts))
+        all->best = starts[0];
 }

@@ -90,19 +90,19 @@ INLINED similarity between(triangle a, triangle b, int alignment)
 }
 
 EVERY_WIDTH
-static void weighted_means(const double *restrict gt, const double *restrict est, size_t n,
-                           const double *restrict weights, moments *restrict m)
+static void weighted_means(const double *restrict gt, const double *restrict est, size_t stride,
+                           size_t n, const double *restrict weights, moments *restrict m)
 {
     double sum = 0, x = 0, y = 0, z = 0, u = 0, v = 0, w = 0;
 #pragma omp simd reduction(+ : sum, x, y, z, u, v, w)
     for (size_t i = 0; i < n; i++) {
         sum += weights[i];
         x += weights[i] * gt[i];
-        y += weights[i] * gt[n + i];
-        z += weights[i] * gt[2 * n + i];
+        y += weights[i] * gt[stride + i];
+        z += weights[i] * gt[2 * stride + i];
         u += weights[i] * est[i];
-        v += weights[i] * est[n + i];
-        w += weights[i] * est[2 * n + i];
+        v += weights[i] * est[stride + i];
+        w += weights[i] * est[2 * stride + i];
     }
     sum = fmax(sum, DBL_MIN);
     m->gt_mean = over((vector){x, y, z}, sum);
@@ -110,14 +110,15 @@ static void weighted_means(const double *restrict gt, const double *restrict est
 }
 
 EVERY_WIDTH
-static void cross_covariance(const double *restrict gt, const double *restrict est, size_t n,
-                             const double *restrict weights, moments *restrict m)
+static void cross_covariance(const double *restrict gt, const double *restrict est, size_t stride,
+                             size_t n, const double *restrict weights, moments *restrict m)
 {
     const vector gt_mean = m->gt_mean, est_mean = m->est_mean;
     double spread = 0, ux = 0, uy = 0, uz = 0, vx = 0, vy = 0, vz = 0, wx = 0, wy = 0, wz = 0;
 #pragma omp simd reduction(+ : spread, ux, uy, uz, vx, vy, vz, wx, wy, wz)
     for (size_t i = 0; i < n; i++) {
-        vector a = minus(point(gt, n, i), gt_mean), b = minus(point(est, n, i), est_mean);
+        vector a = minus(point(gt, stride, i), gt_mean);
+        vector b = minus(point(est, stride, i), est_mean);
         vector weighted = times(weights[i], b);
         spread += dot(weighted, b);
         ux += weighted.x * a.x;
@@ -139,8 +140,8 @@ static void cross_covariance(const double *restrict gt, const double *restrict e
 moments weighted_moments(const cameras *c, const double *weights)
 {
     moments m;
-    weighted_means(c->gt, c->est, c->n, weights, &m);
-    cross_covariance(c->gt, c->est, c->n, weights, &m);
+    weighted_means(c->gt, c->est, c->stride, c->n, weights, &m);
+    cross_covariance(c->gt, c->est, c->stride, c->n, weights, &m);
     return m;
 }
 
@@ -310,7 +311,7 @@ static bool fit_turn(const cameras *c, triplet t, similarity *found)
         gt[k] = c->gt[k / 3 * c->n + corners[k % 3]];
         est[k] = c->est[k / 3 * c->n + corners[k % 3]];
     }
-    moments m = weighted_moments(&(cameras){3, gt, est}, weights);
+    moments m = weighted_moments(&(cameras){3, 3, gt, est}, weights);
     return fit_moments(&m, 1, YAW, found);
 }
 
