@@ -25,14 +25,13 @@ from pydantic.dataclasses import dataclass as checked_dataclass
 
 from alignscores import (
     AlignmentScore,
-    ScoreProfile,
     Similarity,
     ras_batch,
-    ras_profile,
     tas,
     tas_distance,
 )
 from alignscores.arrays import Floats
+from alignscores.distance import N_THRESHOLDS, smallest_unit
 from alignscores.histogram import equal_steps
 from alignscores.metrics import metric, named
 from alignscores.protocols import PROTOCOLS, Family, Metric, NoValueError
@@ -349,13 +348,8 @@ class Batch:
 
     def half_angle(self, options: HalfAngleOptions) -> list[float]:
         """Return the smallest ranges at which the RAS reaches one half, or another score."""
-        return [profile.unit_at(options.score) for profile in self._rotation_profiles]
-
-    @cached_property
-    def _rotation_profiles(self) -> list[ScoreProfile]:
-        return [
-            ras_profile(scene.gt_rotations, scene.est_rotations, [10.0]) for scene in self.scenes
-        ]
+        errors = map(np.sort, self._rotation_errors)
+        return [smallest_unit(one, options.score, N_THRESHOLDS) for one in errors]
 
     def _errors(self, options: TASOptions) -> Sequence[Floats]:
         """Position errors under a registration, computed once for each."""

@@ -100,7 +100,7 @@ def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> No
     """Write a table of trials as CSV, and its record beside it as JSON."""
     content = to_csv(table)
     settings = SWEEPS.dump_python(tuple(sweeps), mode="json")
-    record = {"sweeps": settings, "sha256": _digests(content, settings), **_origin()}
+    record = {"sweeps": settings, "sha256": sha256(content).hexdigest(), **_origin()}
     text = json.dumps(record, indent=2) + "\n"
     write_files({path.with_suffix(".json"): text.encode(), path: content})
 
@@ -119,14 +119,8 @@ def read_table(path: Path, columns: Sequence[str] = (), **options: Any) -> pd.Da
     return table
 
 
-def _digests(content: bytes, settings: Any) -> dict[str, str]:
-    """Return what shows that neither a table nor the settings in its record were changed."""
-    parts = {"table": content, "sweeps": json.dumps(settings, sort_keys=True).encode()}
-    return {name: sha256(part).hexdigest() for name, part in parts.items()}
-
-
 def read_record(path: Path) -> Record:
-    """Read the record beside a table of trials; refuse a table or settings of another record."""
+    """Read the record next to a table of trials; refuse a table that was changed."""
     record_path = path.with_suffix(".json")
     try:
         content, text = path.read_bytes(), record_path.read_bytes()
@@ -136,14 +130,12 @@ def read_record(path: Path) -> Record:
         raise TableError(Path(error.filename), f"cannot be read ({error.strerror})") from None
     try:
         record = json.loads(text)
-        settings = record["sweeps"]
-        sweeps = SWEEPS.validate_json(json.dumps(settings))
-        digests = record["sha256"]
+        sweeps, digest = SWEEPS.validate_json(json.dumps(record["sweeps"])), record["sha256"]
         keys = ("packages", "git", "python", "platform")
         found = Record(sweeps, {key: record[key] for key in keys})
     except (AttributeError, KeyError, RecursionError, TypeError, ValidationError, ValueError):
         raise TableError(record_path, "is not the record of a table of trials") from None
-    if digests != _digests(content, settings):
+    if digest != sha256(content).hexdigest():
         raise TableError(path, f"was changed, or {record_path.name} is not its record")
     return found
 
