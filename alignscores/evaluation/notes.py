@@ -11,7 +11,7 @@ from ..arrays import Booleans, Floats
 from ..averaging import rotation_angles
 from ..texts import printable
 from ..trajectories.association import unit_hint
-from ..trajectories.conventions import describe_rotation, find_convention, seem_swapped
+from ..trajectories.conventions import describe_rotation, find_convention
 from ..trajectories.files import TrajectoryWarning
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
@@ -68,7 +68,7 @@ def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
         else (unmatched_images,)
     )
     of_matching = (*of_matching, lever_arm, indistinguishable)
-    with_rotations = (swapped, convention, alignments_apart, low_score)
+    with_rotations = (convention, alignments_apart, low_score)
     of_mistakes = (clock, *(with_rotations if evaluation.has_rotations else ())) if check else ()
     found = [note(evaluation) for note in (*of_matching, *of_mistakes)]
     return [note for note in found if note]
@@ -170,18 +170,6 @@ def clock(evaluation: Evaluation) -> Note | None:
         f"its clock seems to be off: its {found.what} fit {found.gain:.1f} times as well with an "
         "offset",
         f"add --t_offset {evaluation.t_offset + found.seconds:.3f}",
-    )
-
-
-def swapped(evaluation: Evaluation) -> Note | None:
-    """Note that reference and estimate seem swapped."""
-    if not seem_swapped(evaluation.reference, evaluation.estimate):
-        return None
-    return Note(
-        "swapped",
-        "reference and estimate seem swapped: the first file starts at the origin and is the "
-        "sparser one, as estimates are",
-        "the reference comes first",
     )
 
 

@@ -21,7 +21,7 @@ from ..arrays import Floats
 from ..averaging import angles_and_axes, project_to_rotation, rotation_angles, tlud_mean
 from ..registration import pcr99
 from ..validation import check_poses, check_same_length, finite_rows
-from .files import Trajectory, inverse_poses
+from .files import inverse_poses
 
 __all__ = [
     "Convention",
@@ -29,7 +29,6 @@ __all__ = [
     "describe_rotation",
     "find_convention",
     "rotate_cameras",
-    "seem_swapped",
 ]
 
 NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
@@ -174,24 +173,6 @@ def describe_rotation(rotation: Floats) -> str:
     angles, axes = angles_and_axes(rotation[None])
     axis = ", ".join(f"{part:.2f}" for part in axes[:, 0])
     return f"{np.degrees(angles[0]):.1f} deg about ({axis})"
-
-
-def seem_swapped(reference: Trajectory, estimate: Trajectory) -> bool:
-    """Return whether two time-stamped files look as if the estimate were given as the reference.
-
-    The scores hardly depend on it. A SLAM estimate usually starts at the identity pose, and a
-    reference is usually sampled more densely.
-    """
-    if reference.keys.dtype.kind != "f":
-        return False
-    start = max(reference.keys.min(), estimate.keys.min())
-    end = min(reference.keys.max(), estimate.keys.max())
-    both = [np.sum((one.keys >= start) & (one.keys <= end)) for one in (reference, estimate)]
-    at_origin = [
-        np.allclose(one.poses[np.argmin(one.keys)], np.eye(4), atol=1e-3)
-        for one in (reference, estimate)
-    ]
-    return bool(both[1] >= 2 * both[0] and at_origin == [True, False])
 
 
 def _of_rotations(gt: Floats, est: Floats, quaternions: bool) -> Convention:

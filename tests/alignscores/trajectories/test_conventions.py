@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import Convention, check_conventions, evaluate, ras
-from alignscores.trajectories.files import Trajectory, inverse_poses
+from alignscores import Convention, check_conventions, ras
+from alignscores.trajectories.files import inverse_poses
 
 OPENGL = np.diag([1.0, -1.0, -1.0])
 BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
@@ -206,29 +206,6 @@ def test_cameras_that_were_not_estimated_are_left_out():
     np.testing.assert_array_equal(check_conventions(gt, est).body_rotation, OPENGL)
     est[:] = np.nan
     assert check_conventions(gt, est).body_rotation is None
-
-
-def trajectory(n, *, at_origin):
-    poses = reference("wandering", n, np.random.default_rng(n))
-    if at_origin:
-        poses = np.linalg.inv(poses[0]) @ poses
-    return Trajectory(np.linspace(0.0, 10.0, n), poses)
-
-
-def test_swapped():
-    """Where the one is denser and the other starts at the origin."""
-
-    def seem_swapped(gt, est):
-        return any(note.kind == "swapped" for note in evaluate(gt, est).notes)
-
-    slam, mocap = trajectory(100, at_origin=True), trajectory(1000, at_origin=False)
-    assert seem_swapped(slam, mocap)
-    assert not seem_swapped(mocap, slam)
-    long = Trajectory(np.linspace(-90, 10, 1000), mocap.poses)  # as many while both run
-    # One sign alone is none.
-    assert not seem_swapped(slam, long)
-    assert not seem_swapped(trajectory(100, at_origin=False), mocap)
-    assert not seem_swapped(slam, trajectory(1000, at_origin=True))
 
 
 def test_both_arrays_have_a_pose_a_camera_and_the_reference_all():
