@@ -26,6 +26,24 @@ REFERENCE = (  # the second has further cases of 200 cameras and more
     TESTS.parents[1] / "shared" / "reference" / "alignment_scores_octave.npz",
 )
 
+OF_LEVELS = {  # folders and files, as in README.md
+    "mathematics": ("alignscores", "baselines"),
+    "library": (
+        *("alignscores/comparison", "alignscores/evaluation", "alignscores/pages"),
+        *("alignscores/test_plots.py", "alignscores/test_real.py", "alignscores/test_rerun.py"),
+        *("alignscores/test_torch.py", "alignscores/trajectories"),
+    ),
+    "command": ("alignscores/cli", "golden"),
+    "study": ("cluster", "experiments", "figures", "report", "studies", "workflow"),
+    "house": (
+        *(".", "alignscores/test_interface.py", "alignscores/test_interruptions.py"),
+        *("alignscores/test_parallel.py", "alignscores/test_straight_lines.py"),
+        *("alignscores/test_structure.py", "alignscores/test_texts.py"),
+        *("alignscores/test_writing.py", "alignscores/test_yaml_files.py", "benchmarks"),
+    ),
+}
+LEVELS = {Path(path): level for level, paths in OF_LEVELS.items() for path in paths}
+
 BROWSERS = (
     "chromium",
     "chromium-browser",
@@ -91,8 +109,12 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the longest tests, so that no process waits for another at the end."""
+    """Mark each test with its level; begin with the longest tests, so that no process waits."""
     items.sort(key=lambda item: "workflow" not in item.path.parts)
+    for item in items:
+        if TESTS in item.path.parents:
+            path = item.path.relative_to(TESTS)
+            item.add_marker(next(LEVELS[p] for p in (path, *path.parents) if p in LEVELS))
 
 
 @dataclass(frozen=True)

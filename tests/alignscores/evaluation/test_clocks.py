@@ -74,7 +74,7 @@ def test_frames_and_scale_do_not_matter():
     poses = estimate.poses.copy()
     poses[:, :3, :3] = turn @ poses[:, :3, :3] @ turn
     poses[:, :3, 3] = 7 * poses[:, :3, 3] @ turn.T + 100
-    added, _ = offset(truth, estimate._replace(poses=poses))
+    added, _ = offset(truth, Trajectory(estimate.keys, poses))
     assert added == pytest.approx(-0.137, abs=0.005)
 
 

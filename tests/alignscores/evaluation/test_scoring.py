@@ -73,8 +73,8 @@ def test_trajectories_in_memory_are_like_a_format(kind):
     keys = {"names": NAMES, "stamps": np.arange(24.0), "rows": np.arange(24)}[kind]
     n = 24 if kind == "rows" else 22
     whole = np.concatenate([estimate.poses, reference.poses[22:]])[:n]
-    found = evaluate(reference._replace(keys=keys), Trajectory(keys[:n], whole))
+    found = evaluate(Trajectory(keys, reference.poses), Trajectory(keys[:n], whole))
     assert found.settings.format == {"names": "nerf", "stamps": "tum", "rows": "kitti"}[kind]
     form = "arrays" if kind != "names" else "colmap"
-    given = evaluate(reference._replace(keys=keys), Trajectory(keys[:n], whole), format=form)
+    given = evaluate(Trajectory(keys, reference.poses), Trajectory(keys[:n], whole), format=form)
     assert given.settings.format == form

@@ -258,7 +258,7 @@ def test_an_estimate_of_nan_alone_scores_zero():
 @pytest.mark.parametrize("start", [0.0, 1.7e9])  # stamps since 1970 are rounded to some 1e-7 s
 def test_a_pose_that_a_reference_lacks_is_interpolated_by_any_clock(start):
     truth = of_rows(TRUTH, range(0, 800, 2))  # as dense as the expected frames
-    truth = truth._replace(keys=truth.keys + start)
+    truth = Trajectory(truth.keys + start, truth.poses)
     single = of_rows(truth, np.setdiff1d(np.arange(400), range(10, 400, 17)))
     found = evaluate(single, truth)
     assert found.matches.unmatched == 0
