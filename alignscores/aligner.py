@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Booleans, Floats, Indices
-from .registration import REGISTRATIONS, Registration, kernel, pcr99, refined
+from .registration import REGISTRATIONS, Registration, kernel
 from .registration.kernel import Aligned, Seed
 from .similarity import Similarity
 from .validation import check_positions, check_same_length, finite_rows
@@ -45,17 +45,12 @@ class Aligner:
         threads: int = 1,
     ) -> None:
         self.gt, self.est, self.starts = np.ascontiguousarray(gt), np.ascontiguousarray(est), starts
-        self._register, self.registration = _registration(registration)
+        self.registration = _name(registration)
         self._alignment, self._rng = alignment, rng
+        self._user: Any = registration
         self._threads = 1 if isinstance(rng, np.random.Generator) else threads
-        is_native = self._register in (pcr99, refined)
-        self._options = kernel.options(
-            self.registration,
-            alignment,
-            n_hypotheses=n_hypotheses,
-            up=up,
-            user=None if is_native else self._by_function,
-        )
+        register = registration if isinstance(registration, str) else self._by_function
+        self._options = kernel.Options(register, alignment, n_hypotheses, up=up)
         self._error: BaseException | None = None  # of a user-supplied registration
         self._scene = kernel.Scene() if keep else None
 
@@ -75,24 +70,19 @@ class Aligner:
         A scene whose unit is not positive and finite is left without an alignment.
         """
         self._options.max_threshold = max_threshold
-        if len(units) <= SCENES_AT_ONCE:
-            return self._align(units, 0, len(units))
 
         def align(first: int) -> Aligned:
-            return self._align(units, first, first + SCENES_AT_ONCE)
+            return self._align(units, first)
 
+        if len(units) <= SCENES_AT_ONCE:
+            return align(0)
         # In parts, so that an interruption need not wait for all.
         parts = map_threads(align, range(0, len(units), SCENES_AT_ONCE), self._threads)
-        return Aligned(
-            np.concatenate([part.rows for part in parts]),
-            np.concatenate([part.errors for part in parts]),
-            np.concatenate([part.units for part in parts]),
-            np.concatenate([part.n_hypotheses for part in parts]),
-        )
+        return Aligned(*map(np.concatenate, zip(*parts, strict=True)))
 
-    def _align(self, units: Floats, first: int, end: int) -> Aligned:
-        """Align some of the scenes."""
-        starts = self.starts[first : end + 1]
+    def _align(self, units: Floats, first: int) -> Aligned:
+        """Align some of the scenes, from the first one on."""
+        starts = self.starts[first : first + SCENES_AT_ONCE + 1]
         rows = slice(starts[0], starts[-1])
         aligned = kernel.align_scenes(
             self._options,
@@ -100,7 +90,7 @@ class Aligner:
             self.gt[rows],
             self.est[rows],
             self._rng,
-            units[first:end],
+            units[first : first + SCENES_AT_ONCE],
             self._scene,
         )
         if self._error is not None:
@@ -115,7 +105,7 @@ class Aligner:
             return
         try:
             positions = (np.ctypeslib.as_array(points, (3, n)).T.copy() for points in (gt, est))
-            registered: Any = self._register(
+            registered = self._user(
                 *positions,
                 rank=rank,
                 threshold=threshold,
@@ -131,16 +121,14 @@ class Aligner:
             self._error = error
 
 
-def _registration(registration: str | Registration) -> tuple[Registration, str]:
-    """Return a registration and its name."""
-    if isinstance(registration, str) and registration in REGISTRATIONS:
-        return REGISTRATIONS[registration], registration
-    if isinstance(registration, str) or not callable(registration):
-        raise ValueError(
-            f"registration must be one of {sorted(REGISTRATIONS)} or a function, "
-            f"not {registration!r}"
-        )
-    return registration, getattr(registration, "__name__", repr(registration))
+def _name(registration: str | Registration) -> str:
+    """Return the name of a registration."""
+    if callable(registration):
+        return getattr(registration, "__name__", repr(registration))
+    if registration not in REGISTRATIONS:
+        choices = f"one of {sorted(REGISTRATIONS)} or a function"
+        raise ValueError(f"registration must be {choices}, not {registration!r}")
+    return registration
 
 
 def _checked(registered: Any, alignment: str) -> tuple[Similarity | None, int]:

@@ -1,8 +1,7 @@
 """Robust registration of camera positions (section 3, step 2): the paper's and a refined one.
 
-A registration is any function of the signature of `Registration`; `REGISTRATIONS` holds those that
-`tas` knows by name. They are written in C, in the folder ``kernel``;
-``docs/explanation/registration.md`` defines them.
+`REGISTRATIONS` are those that `tas` has by name, written in C in the folder ``kernel`` and defined
+in ``docs/explanation/registration.md``. Any function of the signature of `Registration` is another.
 """
 
 from typing import Protocol
@@ -14,7 +13,9 @@ from ..similarity import Similarity
 from ..validation import check_positions, check_positive, check_same_length
 from . import kernel
 
-__all__ = ["REGISTRATIONS", "Registration", "pcr99", "refined"]
+__all__ = ["REGISTRATIONS", "Registration", "pcr99"]
+
+REGISTRATIONS = "pcr99", "refined"
 
 
 class Registration(Protocol):
@@ -65,44 +66,15 @@ def pcr99(
     three first edges, and nothing is random. O(n_hypotheses * n) time, O(n) memory.
     """
     check_positive(rank, "rank", integer=True)
-    options = kernel.options(
-        "pcr99", alignment, n_hypotheses=n_hypotheses, rank=rank, prescreen=prescreen
-    )
-    return _register(gt_positions, est_positions, 1.0, rng, options)
-
-
-def refined(
-    gt_positions: Floats,
-    est_positions: Floats,
-    /,
-    *,
-    rank: int = 0,
-    threshold: float,
-    n_hypotheses: int,
-    rng: np.random.Generator,
-    alignment: str = "similarity",
-) -> tuple[Similarity | None, int]:
-    """Register so that the TAS is the largest; see `Registration`. ``rank`` is not used."""
-    options = kernel.options("refined", alignment, n_hypotheses=n_hypotheses)
-    return _register(gt_positions, est_positions, threshold, rng, options)
-
-
-def _register(
-    gt_positions: Floats,
-    est_positions: Floats,
-    threshold: float,
-    rng: np.random.Generator,
-    options: kernel.Options,
-) -> tuple[Similarity | None, int]:
-    """Register one scene with the paper's m, unless another rank is given."""
     gt = check_positions(gt_positions, "gt_positions", complete=True)
     est = check_positions(est_positions, "est_positions", complete=False)
     check_same_length(gt, est, "gt_positions", "est_positions")
-    gt, est = np.ascontiguousarray(gt), np.ascontiguousarray(est)
-    starts, units = np.array([0, len(gt)]), np.array([threshold])
-    aligned = kernel.align_scenes(options, starts, gt, est, rng, units)
-    assert aligned is not None  # which only a user's registration may be
+    aligned = kernel.align_scenes(
+        kernel.Options("pcr99", alignment, n_hypotheses, rank=rank, prescreen=prescreen),
+        np.array([0, len(gt)]),
+        np.ascontiguousarray(gt),
+        np.ascontiguousarray(est),
+        rng,
+        np.ones(1),
+    )
     return Similarity.of_row(aligned.rows[0]), int(aligned.n_hypotheses[0])
-
-
-REGISTRATIONS: dict[str, Registration] = {"pcr99": pcr99, "refined": refined}

@@ -21,7 +21,6 @@ __all__ = [
     "Seed",
     "align_scenes",
     "closest_pairs",
-    "options",
 ]
 
 Seed = int | np.random.SeedSequence | np.random.Generator | None
@@ -50,30 +49,29 @@ class Options(ctypes.Structure):
         ("user", UserRegistration),
     )
 
-
-def options(
-    registration: str,
-    alignment: str,
-    *,
-    n_hypotheses: int,
-    up: str = "z",
-    rank: int = 0,
-    prescreen: float = PRESCREEN,
-    user: Callable[..., None] | None = None,
-) -> Options:
-    """Return the options of a registration; that of a user is a function."""
-    check_positive(n_hypotheses, "n_hypotheses", integer=True)
-    check_alignment(alignment, up)
-    return Options(
-        registration=REGISTRATIONS.index(registration if user is None else "user"),
-        alignment=ALIGNMENTS.index(alignment),
-        vertical="xyz".index(up[-1]),
-        n_hypotheses=min(int(n_hypotheses), 2**40),
-        rank=rank,
-        prescreen=prescreen,
-        max_threshold=1.0,
-        user=UserRegistration(0 if user is None else user),
-    )
+    def __init__(
+        self,
+        registration: str | Callable[..., None],
+        alignment: str,
+        n_hypotheses: int,
+        *,
+        up: str = "z",
+        rank: int = 0,
+        prescreen: float = PRESCREEN,
+    ) -> None:
+        check_positive(n_hypotheses, "n_hypotheses", integer=True)
+        check_alignment(alignment, up)
+        name, user = ("user", registration) if callable(registration) else (registration, 0)
+        super().__init__(
+            registration=REGISTRATIONS.index(name),
+            alignment=ALIGNMENTS.index(alignment),
+            vertical="xyz".index(up[-1]),
+            n_hypotheses=min(int(n_hypotheses), 2**40),
+            rank=rank,
+            prescreen=prescreen,
+            max_threshold=1.0,
+            user=UserRegistration(user),
+        )
 
 
 def _load() -> ctypes.CDLL:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import Similarity, closest_pair_quartile, tas
 from alignscores.averaging import rotation_from_vector
-from alignscores.registration import pcr99, refined
+from alignscores.registration import pcr99
 
 RESOLUTION = 0.01  # of the largest threshold
 TOLERANCE = 1e-5  # of the score
@@ -23,6 +23,10 @@ def cost(errors, threshold):
     """The cost by its definition: 1 less what the score is up to the resolution of 0.01."""
     smoothed = np.hypot(errors, RESOLUTION * threshold)
     return float(np.minimum(smoothed / threshold, 1).mean())
+
+
+def refined(gt, est, unit=None, **options):
+    return tas(gt, est, unit=unit, registration="refined", **options)
 
 
 def drifting(n, seed):
@@ -74,10 +78,7 @@ def lowest_cost_near(start, gt, est, threshold):
 def test_no_hypothesis_costs_less(noisy_scene, seed, n, share, sigma):
     """Refining starts from the cheapest of those of PCR-99, and never goes up."""
     gt, est, threshold = local_scene(noisy_scene(n, int(share * n), sigma, seed))
-    alignment, _ = refined(
-        gt, est, threshold=threshold, n_hypotheses=300, rng=np.random.default_rng(seed)
-    )
-    assert alignment is not None
+    alignment = refined(gt, est, threshold, rng=seed, n_hypotheses=300).alignment
     least = cost(alignment.position_errors(gt, est), threshold)
     for rank in {4, n // 4 + 1, n // 2 + 1}:
         rng = np.random.default_rng(seed)
@@ -94,8 +95,8 @@ def test_of_few_cameras_all_triplets_are_tried(noisy_scene, n, n_subsets):
     """And up to 8 cameras all subsets of at least three; nothing is drawn."""
     gt, est = noisy_scene(n, 0, 0.01, 0)
     rng = np.random.default_rng(0)
-    _, n_used = refined(gt, est, threshold=0.1, n_hypotheses=10, rng=rng)
-    assert n_used == comb(n, 3) + n_subsets
+    result = refined(gt, est, 0.1, n_hypotheses=10, rng=rng)
+    assert result.n_hypotheses == comb(n, 3) + n_subsets
     assert rng.random() == np.random.default_rng(0).random()
 
 
@@ -105,7 +106,7 @@ def test_optimum_by_brute_force(noisy_scene, n, outliers, sigma, seed):
     """A general minimiser from many starts of its own finds nothing better."""
     scene = gt, est, threshold = local_scene(noisy_scene(n, outliers, sigma, seed))
     rng = np.random.default_rng(seed)
-    alignment, _ = refined(gt, est, threshold=threshold, n_hypotheses=1000, rng=rng)
+    alignment = refined(gt, est, threshold).alignment
     least = 1.0
     for _ in range(25):
         some = rng.choice(n, 4, replace=False)
@@ -126,8 +127,7 @@ def test_optimum_of_many_cameras(noisy_scene, n, share):
     n_outliers = int(share * n)
     gt, est, threshold = local_scene(noisy_scene(n, n_outliers, 0.02 if share > 0.5 else 0.01, 0))
     gt, est = gt[::-1], est[::-1]
-    rng = np.random.default_rng(0)
-    alignment, _ = refined(gt, est, threshold=threshold, n_hypotheses=1000, rng=rng)
+    alignment = refined(gt, est, threshold).alignment
     start = Similarity.fit(gt[n_outliers:], est[n_outliers:])
     least = lowest_cost_near(start, gt, est, threshold)
     assert cost(alignment.position_errors(gt, est), threshold) < least + TOLERANCE
@@ -142,7 +142,7 @@ def test_reference_cases_repeat(reference_cases):
     for case in reference_cases.values():
         clouds = case["gt_xyz"], case["est_xyz"]
         if case.meta["n"] >= 20:
-            scores = [tas(*clouds, rng=seed, registration="refined").score for seed in range(10)]
+            scores = [refined(*clouds, rng=seed).score for seed in range(10)]
             deviations.append(np.std(scores, ddof=1))
     assert max(deviations) <= 0.003
     assert np.median(deviations) < 0.0005
@@ -165,8 +165,8 @@ def uneven(n, outliers, seed):
 def test_uneven_cameras_repeat(n, outliers, seed):
     """The largest score shrinks the estimate to the dense cluster; each seed must find it so."""
     gt, est = uneven(n, outliers, seed)
-    scores = [tas(gt, est, registration="refined", rng=rng).score for rng in range(6)]
-    many = tas(gt, est, registration="refined", n_hypotheses=20_000).score
+    scores = [refined(gt, est, rng=rng).score for rng in range(6)]
+    many = refined(gt, est, n_hypotheses=20_000).score
     assert np.std(scores, ddof=1) < 0.001
     assert min(scores) > many - 0.003
 
@@ -175,7 +175,7 @@ def test_uneven_cameras_repeat(n, outliers, seed):
 def test_drift_repeats(seed):
     """Every part of the trajectory fits on its own, so there are many local minima."""
     gt, est = drifting(1500, seed)
-    scores = [tas(gt, est, registration="refined", rng=rng).score for rng in range(8)]
+    scores = [refined(gt, est, rng=rng).score for rng in range(8)]
     assert np.std(scores, ddof=1) < 0.001
     assert min(scores) > tas(gt, est).score
 
@@ -185,7 +185,7 @@ def test_nine_in_ten_are_outliers(noisy_scene, seed):
     """With 1000 hypotheses the right alignment is found from every seed."""
     gt, est = noisy_scene(100, 90, 0.01, seed)
     for rng in range(4):
-        result = tas(gt, est, registration="refined", rng=rng)
+        result = refined(gt, est, rng=rng)
         assert result.alignment is not None
         assert result.alignment.scale == pytest.approx(2.5, rel=0.05)
         assert np.all(result.errors[:10] < 5 * 0.01)
@@ -200,7 +200,7 @@ def test_a_camera_far_away_does_not_stop_the_refining(noisy_scene, value):
     """Its square overflows, and has no weight."""
     gt, est = noisy_scene(50, 0, 0.02, 0)
     est[20] = 1e3
-    expected = tas(gt, est, registration="refined")
+    expected = refined(gt, est)
     assert expected.score > tas(gt, est).score + 0.02
     est[20] = value
-    assert tas(gt, est, registration="refined").score == pytest.approx(expected.score, abs=1e-3)
+    assert refined(gt, est).score == pytest.approx(expected.score, abs=1e-3)
