@@ -100,10 +100,10 @@ double nth_smallest(double *values, size_t n, size_t rank); /* reorders them; ra
 void split_positions(double *const position[3], ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle);
 
 /* similarity.c */
-size_t fit_triplets(const cameras *c, triplet *triplets, size_t count, int alignment,
-                    similarity *fits);
+void fit_triplets(const cameras *c, const triplet *triplets, size_t count, int alignment,
+                  similarity *fits, double *is_free);
 moments weighted_moments(const cameras *c, const double *weights);
-bool fit_moments(const moments *all, size_t count, int alignment, similarity *fits);
+bool fit_moments(const moments *sums, int alignment, similarity *fit);
 
 /* triplets.c */
 size_t n_triplets(size_t n);

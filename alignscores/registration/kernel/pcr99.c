@@ -81,12 +81,15 @@ static bool is_cheaper(const cloud *c, const similarity *s, size_t rank, double 
     return true;
 }
 
-/* Find the cheapest hypothesis below a cost. Most are rejected in single precision: fewer than `rank`
-   cameras may be within the cost. */
+/* Find the cheapest hypothesis below a cost, of those that are marked or of the others. Most are
+   rejected in single precision: fewer than `rank` cameras may be within the cost. */
 static void find_cheapest(const cloud *c, const similarity *hypotheses, size_t n_hypotheses,
-                          size_t rank, double *cost, const similarity **best)
+                          const double *marks, bool marked, size_t rank, double *cost,
+                          const similarity **best)
 {
     for (size_t h = 0; h < n_hypotheses; h++) {
+        if ((marks[h] > 0) != marked)
+            continue;
         rough some = roughly(&hypotheses[h], *cost, c->farthest);
         if ((some.bound == INFINITY || count_within(c->gt, c->est, c->stride, some) >= rank)
             && is_cheaper(c, &hypotheses[h], rank, cost))
@@ -109,6 +112,7 @@ size_t pcr99(pool *memory, const cameras *c, const options *o, size_t rank, bitg
     size_t n_max = max_prescreened(c->n, o->n_hypotheses), stride = c->n + (-c->n & (PADDING - 1));
     triplet *triplets = allocate(memory, n_max, sizeof *triplets);
     similarity *fits = allocate(memory, n_max, sizeof *fits);
+    double *is_free = allocate(memory, n_max, sizeof *is_free);
     float *gt = allocate(memory, 3 * stride, sizeof *gt);
     float *est = allocate(memory, 3 * stride, sizeof *est);
     double square = 0;
@@ -123,11 +127,11 @@ size_t pcr99(pool *memory, const cameras *c, const options *o, size_t rank, bitg
     to_single(c->est, c->n, stride, est);
     const similarity *best = fits;
     double cost = INFINITY;
-    size_t n_fits = fit_triplets(c, triplets, count, o->alignment, fits);
-    find_cheapest(&all, fits, n_fits, rank, &cost, &best);
+    fit_triplets(c, triplets, count, o->alignment, fits, is_free);
+    find_cheapest(&all, fits, count, is_free, false, rank, &cost, &best);
     cost -= fmin(MARGIN * square, DBL_MAX);
     if (cost > 0)
-        find_cheapest(&all, fits + n_fits, count - n_fits, rank, &cost, &best);
+        find_cheapest(&all, fits, count, is_free, true, rank, &cost, &best);
     *alignment = *best;
     return count;
 }

@@ -107,7 +107,6 @@ static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_
                      double least_gain)
 {
     start starts[MAX_STARTS];
-    moments sums[MAX_STARTS];
     double largest_gain = INFINITY;
     for (size_t h = 0; h < count; h++)
         starts[h] = (start){rows[h], truncated_cost(p, &rows[h]), INFINITY};
@@ -115,9 +114,9 @@ static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_
         for (size_t h = 0; h < count; h++) {
             smoothed_errors(&p->c, &starts[h].at, p->resolution, p->errors);
             to_weights(p->errors, p->c.n, p->threshold);
-            sums[h] = weighted_moments(&p->c, p->errors);
+            const moments sums = weighted_moments(&p->c, p->errors);
+            fit_moments(&sums, p->alignment, &rows[h]);
         }
-        fit_moments(sums, count, p->alignment, rows);
         for (size_t h = 0; h < count; h++) {
             start moved = starts[h];
             double cost = truncated_cost(p, &rows[h]);
@@ -159,7 +158,6 @@ static size_t fit_neighbourhoods(const problem *p, similarity *fits)
 {
     const cameras *c = &p->c;
     double *weights = p->errors;
-    moments sums[N_NEIGHBOURHOODS + 1];
     ranking densest = {.n_max = N_NEIGHBOURHOODS};
     size_t n_candidates = smaller(c->n, SMALL_SAMPLE);
     for (size_t i = 0; i < n_candidates; i++) {
@@ -172,9 +170,9 @@ static size_t fit_neighbourhoods(const problem *p, similarity *fits)
             distances(c->gt, c->stride, densest.indices[k], c->n, weights);
         for (size_t i = 0; i < c->n; i++)
             weights[i] = all || weights[i] < p->threshold;
-        sums[k] = weighted_moments(c, weights);
+        const moments sums = weighted_moments(c, weights);
+        fit_moments(&sums, p->alignment, &fits[k]);
     }
-    fit_moments(sums, densest.count + 1, p->alignment, fits);
     return densest.count + 1;
 }
 
@@ -193,7 +191,7 @@ static double *shuffled(pool *memory, const double *points, size_t n, const uint
 
 /* The least-squares fits to all subsets of so few cameras, which a triplet may miss: without a
    scale two cameras determine nearly all. Return how many there are. */
-static size_t fit_subsets(const cameras *c, int alignment, moments *sums, similarity *fits)
+static size_t fit_subsets(const cameras *c, int alignment, similarity *fits)
 {
     size_t count = 0;
     for (unsigned set = 0; set < 1u << c->n; set++) {
@@ -201,10 +199,11 @@ static size_t fit_subsets(const cameras *c, int alignment, moments *sums, simila
         size_t size = 0;
         for (size_t i = 0; i < c->n; i++)
             size += (weights[i] = set >> i & 1) > 0;
-        if (size >= (alignment == SIMILARITY ? 3 : 2))
-            sums[count++] = weighted_moments(c, weights);
+        if (size >= (alignment == SIMILARITY ? 3 : 2)) {
+            const moments sums = weighted_moments(c, weights);
+            fit_moments(&sums, alignment, &fits[count++]);
+        }
     }
-    fit_moments(sums, count, alignment, fits);
     return count;
 }
 
@@ -226,7 +225,7 @@ void begin_search(pool *memory, const cameras *c, const options *o, bitgen *rand
     size_t n_subsets = c->n <= FEWEST ? (size_t)1 << c->n : 0;
     uint32_t *order = allocate(memory, c->n, sizeof *order);
     triplet *triplets = allocate(memory, count, sizeof *triplets);
-    moments *sums = allocate(memory, n_subsets, sizeof *sums);
+    double *is_free = allocate(memory, count, sizeof *is_free); /* which does not matter here */
     similarity *rows = allocate(memory, count + n_subsets, sizeof *rows);
     if (all_are_tried)
         all_triplets(c, triplets);
@@ -237,9 +236,9 @@ void begin_search(pool *memory, const cameras *c, const options *o, bitgen *rand
                               shuffled(memory, c->est, c->n, order)};
     all->errors = allocate(memory, c->n, sizeof *all->errors);
     all->best.scale = NAN;
-    fit_triplets(c, triplets, count, o->alignment, rows);
+    fit_triplets(c, triplets, count, o->alignment, rows, is_free);
     if (n_subsets > 0)
-        count += fit_subsets(c, o->alignment, sums, rows + count);
+        count += fit_subsets(c, o->alignment, rows + count);
     all->hypotheses = rows;
     all->n_hypotheses = 0;
     for (size_t h = 0; h < count; h++)

@@ -145,44 +145,33 @@ moments weighted_moments(const cameras *c, const double *weights)
     return m;
 }
 
-static inline vector get(double (*rows)[AT_ONCE], size_t t)
+/* Rotate two columns of a matrix so that they become orthogonal, and their axes too. */
+static void orthogonalise(vector *a, vector *b, vector *a_axis, vector *b_axis)
 {
-    return (vector){rows[0][t], rows[1][t], rows[2][t]};
+    const vector u = *a, v = *b, u_axis = *a_axis, v_axis = *b_axis;
+    double product = dot(u, v), u_square = dot(u, u), v_square = dot(v, v);
+    if (product * product <= DBL_EPSILON * DBL_EPSILON * u_square * v_square)
+        return;
+    double ratio = (v_square - u_square) / (2 * product);
+    double tangent = copysign(1, ratio) / (fabs(ratio) + sqrt(1 + ratio * ratio));
+    double cosine = 1 / sqrt(1 + tangent * tangent), sine = cosine * tangent;
+    *a = minus(times(cosine, u), times(sine, v));
+    *b = plus(times(sine, u), times(cosine, v));
+    *a_axis = minus(times(cosine, u_axis), times(sine, v_axis));
+    *b_axis = plus(times(sine, u_axis), times(cosine, v_axis));
 }
 
-static inline void set(double (*rows)[AT_ONCE], size_t t, vector v)
+/* The rotation that correlates best with a matrix, by its singular value decomposition (one-sided
+   Jacobi rotations). On a line it is the smallest one. */
+static matrix best_rotation(const vector m[3])
 {
-    rows[0][t] = v.x;
-    rows[1][t] = v.y;
-    rows[2][t] = v.z;
-}
-
-/* Rotate the columns of many matrices so that two of them become orthogonal, and their axes too. */
-EVERY_WIDTH
-static void orthogonalise(double (*restrict a)[AT_ONCE], double (*restrict b)[AT_ONCE],
-                          double (*restrict a_axis)[AT_ONCE], double (*restrict b_axis)[AT_ONCE],
-                          size_t count)
-{
-#pragma omp simd
-    for (size_t t = 0; t < count; t++) {
-        vector u = get(a, t), v = get(b, t), u_axis = get(a_axis, t), v_axis = get(b_axis, t);
-        double product = dot(u, v), u_square = dot(u, u), v_square = dot(v, v);
-        double ratio = (v_square - u_square) / (2 * product);
-        double tangent = copysign(1, ratio) / (fabs(ratio) + sqrt(1 + ratio * ratio));
-        double negligible = DBL_EPSILON * DBL_EPSILON * u_square * v_square;
-        tangent = product * product <= negligible ? 0 : tangent;
-        double cosine = 1 / sqrt(1 + tangent * tangent), sine = cosine * tangent;
-        set(a, t, minus(times(cosine, u), times(sine, v)));
-        set(b, t, plus(times(sine, u), times(cosine, v)));
-        set(a_axis, t, minus(times(cosine, u_axis), times(sine, v_axis)));
-        set(b_axis, t, plus(times(sine, u_axis), times(cosine, v_axis)));
+    vector c[3] = {{m[0].x, m[1].x, m[2].x}, {m[0].y, m[1].y, m[2].y}, {m[0].z, m[1].z, m[2].z}};
+    vector v[3] = {identity.x, identity.y, identity.z};
+    for (int sweep = 0; sweep < JACOBI_SWEEPS; sweep++) {
+        orthogonalise(&c[0], &c[1], &v[0], &v[1]);
+        orthogonalise(&c[0], &c[2], &v[0], &v[2]);
+        orthogonalise(&c[1], &c[2], &v[1], &v[2]);
     }
-}
-
-/* The rotation that correlates best with a matrix, given the columns and axes of its singular value
-   decomposition. On a line it is the smallest one. */
-static matrix best_rotation(const vector c[3], const vector v[3])
-{
     int first = 0, last = 0;
     for (int k = 1; k < 3; k++) {
         first = dot(c[k], c[k]) > dot(c[first], c[first]) ? k : first;
@@ -199,30 +188,6 @@ static matrix best_rotation(const vector c[3], const vector v[3])
     return rotation_between(&a, &b);
 }
 
-/* The rotations that correlate best with matrices, by one-sided Jacobi rotations, many at once. */
-static void best_rotations(const vector (*m)[3], size_t count, matrix *rotations)
-{
-    double rows[18][AT_ONCE]; /* three columns, three axes */
-    for (size_t t = 0; t < count; t++) {
-        set(rows, t, (vector){m[t][0].x, m[t][1].x, m[t][2].x});
-        set(rows + 3, t, (vector){m[t][0].y, m[t][1].y, m[t][2].y});
-        set(rows + 6, t, (vector){m[t][0].z, m[t][1].z, m[t][2].z});
-        set(rows + 9, t, identity.x);
-        set(rows + 12, t, identity.y);
-        set(rows + 15, t, identity.z);
-    }
-    for (int sweep = 0; sweep < JACOBI_SWEEPS; sweep++) {
-        orthogonalise(rows, rows + 3, rows + 9, rows + 12, count);
-        orthogonalise(rows, rows + 6, rows + 9, rows + 15, count);
-        orthogonalise(rows + 3, rows + 6, rows + 12, rows + 15, count);
-    }
-    for (size_t t = 0; t < count; t++) {
-        const vector columns[3] = {get(rows, t), get(rows + 3, t), get(rows + 6, t)};
-        const vector axes[3] = {get(rows + 9, t), get(rows + 12, t), get(rows + 15, t)};
-        rotations[t] = best_rotation(columns, axes);
-    }
-}
-
 /* The rotation about the third axis that correlates best with a matrix of numbers up to 1; none where
    all do alike. Return whether that is so. */
 static bool best_turn(const vector m[3], matrix *rotation)
@@ -236,45 +201,40 @@ static bool best_turn(const vector m[3], matrix *rotation)
     return is_free;
 }
 
-/* The least-squares alignments, with errors in the ground truth: Umeyama's fits of the estimate to the
+/* The least-squares alignment, with errors in the ground truth: Umeyama's fit of the estimate to the
    ground truth, inverted. Not usable where none is the best. Return whether a turn was free. */
-bool fit_moments(const moments *all, size_t count, int alignment, similarity *fits)
+bool fit_moments(const moments *sums, int alignment, similarity *fit)
 {
+    const double *numbers = &sums->covariance[0].x;
     bool is_free = false;
-    vector m[AT_ONCE][3];
-    matrix rotations[AT_ONCE];
-    double largest[AT_ONCE];
-    for (size_t first = 0; first < count; first += AT_ONCE) {
-        const moments *part = all + first;
-        size_t n_part = smaller(AT_ONCE, count - first);
-        for (size_t t = 0; t < n_part; t++) {
-            const double *numbers = &part[t].covariance[0].x;
-            largest[t] = 0;
-            for (size_t k = 0; k < 9; k++)
-                largest[t] = fabs(numbers[k]) > largest[t] ? fabs(numbers[k]) : largest[t];
-            for (size_t k = 0; k < 3; k++)
-                m[t][k] = over(part[t].covariance[k], largest[t]);
-        }
-        if (alignment != YAW)
-            best_rotations((const vector(*)[3])m, n_part, rotations);
-        for (size_t t = 0; t < n_part; t++) {
-            matrix r = rotations[t];
-            double scale = 1;
-            if (alignment == YAW)
-                is_free = best_turn(m[t], &r);
-            if (alignment == RIGID && !(largest[t] > 0))
-                r = identity;
-            if (alignment == SIMILARITY)
-                scale = part[t].spread
-                        / ((dot(r.x, m[t][0]) + dot(r.y, m[t][1]) + dot(r.z, m[t][2])) * largest[t]);
-            vector origin = times(scale, rotated(r, part[t].gt_mean));
-            fits[first + t] = (similarity){scale, r, minus(part[t].est_mean, origin)};
-        }
+    double largest = 0;
+    vector m[3];
+    for (size_t k = 0; k < 9; k++)
+        largest = fabs(numbers[k]) > largest ? fabs(numbers[k]) : largest;
+    for (size_t k = 0; k < 3; k++)
+        m[k] = over(sums->covariance[k], largest);
+    fit->scale = 1;
+    if (alignment == YAW)
+        is_free = best_turn(m, &fit->rotation);
+    else
+        fit->rotation = largest > 0 || alignment != RIGID ? best_rotation(m) : identity;
+    if (alignment == SIMILARITY) {
+        const matrix *r = &fit->rotation;
+        fit->scale = sums->spread / ((dot(r->x, m[0]) + dot(r->y, m[1]) + dot(r->z, m[2])) * largest);
     }
+    vector origin = times(fit->scale, rotated(fit->rotation, sums->gt_mean));
+    fit->translation = minus(sums->est_mean, origin);
     return is_free;
 }
 
-/* Fit triplets as if no triangle were flat, many at once; mark those that are. */
+static inline void store(vector v, double (*rows)[AT_ONCE], size_t t)
+{
+    rows[0][t] = v.x;
+    rows[1][t] = v.y;
+    rows[2][t] = v.z;
+}
+
+/* Fit triplets as if no triangle were flat, as rows of numbers; mark those that are. */
 EVERY_WIDTH
 static void fit_triangles(const double *restrict gt, const double *restrict est, size_t n,
                           const triplet *restrict triplets, size_t count, int alignment,
@@ -286,10 +246,10 @@ static void fit_triangles(const double *restrict gt, const double *restrict est,
         similarity s = between(a, b, alignment);
         flat[t] = a.flat | b.flat;
         rows[0][t] = s.scale;
-        set(rows + 1, t, s.rotation.x);
-        set(rows + 4, t, s.rotation.y);
-        set(rows + 7, t, s.rotation.z);
-        set(rows + 10, t, s.translation);
+        store(s.rotation.x, rows + 1, t);
+        store(s.rotation.y, rows + 4, t);
+        store(s.rotation.z, rows + 7, t);
+        store(s.translation, rows + 10, t);
     }
 }
 
@@ -302,7 +262,7 @@ static similarity fit_flat(const cameras *c, triplet t, int alignment)
 }
 
 /* Turn a triplet about the third axis; return whether the turn is free, as both stand upright. */
-static bool fit_turn(const cameras *c, triplet t, similarity *found)
+static bool fit_turn(const cameras *c, triplet t, similarity *fit)
 {
     const uint32_t corners[3] = {t.i, t.j, t.k};
     const double weights[3] = {1, 1, 1};
@@ -312,39 +272,25 @@ static bool fit_turn(const cameras *c, triplet t, similarity *found)
         est[k] = c->est[k / 3 * c->n + corners[k % 3]];
     }
     moments m = weighted_moments(&(cameras){3, 3, gt, est}, weights);
-    return fit_moments(&m, 1, YAW, found);
+    return fit_moments(&m, YAW, fit);
 }
 
-/* Fit all triplets, which are reordered; those with a free spin or turn come last. Return how many do
-   not have one. */
-size_t fit_triplets(const cameras *c, triplet *triplets, size_t count, int alignment,
-                    similarity *fits)
+/* Fit triplets; mark those with a free spin or turn. */
+void fit_triplets(const cameras *c, const triplet *triplets, size_t count, int alignment,
+                  similarity *fits, double *is_free)
 {
-    size_t n_fits = 0, n_free = 0;
-    double rows[13][AT_ONCE], is_free[AT_ONCE];
-    for (size_t first = 0; first < count; first += AT_ONCE) {
-        const triplet *part = triplets + first;
-        size_t n_part = smaller(AT_ONCE, count - first);
-        if (alignment != YAW)
-            fit_triangles(c->gt, c->est, c->n, part, n_part, alignment, rows, is_free);
-        for (size_t t = 0; t < n_part; t++) {
-            double *numbers = &fits[n_fits].scale;
-            if (alignment == YAW)
-                is_free[t] = fit_turn(c, part[t], &fits[n_fits]);
-            else
-                for (size_t k = 0; k < 13; k++)
-                    numbers[k] = rows[k][t];
-            if (is_free[t] > 0)
-                triplets[n_free++] = part[t];
-            else
-                n_fits++;
+    double rows[13][AT_ONCE];
+    for (size_t t = 0; t < count; t++) {
+        if (alignment == YAW) {
+            is_free[t] = fit_turn(c, triplets[t], &fits[t]);
+            continue;
         }
+        if (t % AT_ONCE == 0)
+            fit_triangles(c->gt, c->est, c->n, triplets + t, smaller(AT_ONCE, count - t), alignment,
+                          rows, is_free + t);
+        for (size_t k = 0; k < 13; k++)
+            (&fits[t].scale)[k] = rows[k][t % AT_ONCE];
+        if (is_free[t])
+            fits[t] = fit_flat(c, triplets[t], alignment);
     }
-    for (size_t t = 0; t < n_free; t++) {
-        if (alignment == YAW)
-            fit_turn(c, triplets[t], &fits[n_fits + t]);
-        else
-            fits[n_fits + t] = fit_flat(c, triplets[t], alignment);
-    }
-    return n_fits;
 }

@@ -113,10 +113,15 @@ size_t prescreened_triplets(pool *memory, const cameras *c, const options *o, bi
     const double factor = exp(2 * o->prescreen);
     if (n_triplets(c->n) <= n_wanted)
         return enumerate(c, factor, triplets);
-    size_t count = 0, n_drawn = 0, batch = 2 * n_wanted;
-    uint32_t *drawn = allocate(memory, larger(batch, MAX_AT_ONCE), 3 * sizeof *drawn);
-    uint64_t *marks = allocate(memory, larger(batch, MAX_AT_ONCE), sizeof *marks);
+    size_t count = 0, n_drawn = 0, batch = 2 * n_wanted, capacity = 0;
+    uint32_t *drawn = NULL;
+    uint64_t *marks = NULL;
     while (count < n_wanted && n_drawn < DRAWS_PER_HYPOTHESIS * n_wanted) {
+        if (batch > capacity) {
+            capacity = batch;
+            drawn = allocate(memory, capacity, 3 * sizeof *drawn);
+            marks = allocate(memory, capacity, sizeof *marks);
+        }
         draw_below(random, c->n, drawn, 3 * batch);
         mark_passing(c->gt, c->est, c->n, drawn, batch, factor, marks);
         for (size_t t = 0; t < batch && count < n_wanted; t++) {
