@@ -90,7 +90,6 @@ def _load() -> ctypes.CDLL:
 
 
 _LIBRARY = _load()
-assert c_size_t.in_dll(_LIBRARY, "options_size").value == ctypes.sizeof(Options)
 _LIBRARY.align_scenes.argtypes = c_void_p, c_size_t, *9 * (c_void_p,)
 _LIBRARY.align_scenes.restype = c_bool
 _LIBRARY.new_scene.restype = c_void_p

@@ -100,6 +100,7 @@ double nth_smallest(double *values, size_t n, size_t rank); /* reorders them; ra
 void split_positions(double *const position[3], ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle);
 
 /* similarity.c */
+void squared_errors(const cameras *c, const similarity *s, double *squares);
 void fit_triplets(const cameras *c, const triplet *triplets, size_t count, int alignment,
                   similarity *fits, double *is_free);
 moments weighted_moments(const cameras *c, const double *weights);
@@ -123,7 +124,7 @@ typedef struct {
     cameras shuffled;
     similarity *hypotheses;
     size_t n_hypotheses;
-    double *errors; /* (n,), overwritten */
+    double *squares; /* (n,), overwritten */
     similarity best; /* at the threshold before; its scale is NaN if there is none */
 } search;
 void begin_search(pool *memory, const cameras *c, const options *o, bitgen *random,
@@ -171,14 +172,6 @@ static inline vector cross(vector a, vector b)
 static inline vector rotated(matrix rotation, vector a)
 {
     return (vector){dot(rotation.x, a), dot(rotation.y, a), dot(rotation.z, a)};
-}
-
-/* Squared error of camera i in the ground truth; shrink is 1 / s.scale. */
-static inline double squared_error(const cameras *c, size_t i, double shrink, const similarity *s)
-{
-    vector aligned = times(shrink, minus(point(c->est, c->stride, i), s->translation));
-    vector residual = minus(aligned, rotated(s->rotation, point(c->gt, c->stride, i)));
-    return dot(residual, residual);
 }
 
 static inline size_t smaller(size_t a, size_t b)

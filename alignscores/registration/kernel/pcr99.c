@@ -47,16 +47,6 @@ static rough roughly(const similarity *s, double cost, double farthest)
     return h;
 }
 
-EVERY_WIDTH
-static void squared_errors(const cameras *c, const similarity *s, double *restrict errors)
-{
-    const cameras cameras = *c;
-    const similarity copy = *s;
-    const double shrink = 1 / copy.scale;
-    for (size_t i = 0; i < cameras.n; i++)
-        errors[i] = squared_error(&cameras, i, shrink, &copy);
-}
-
 typedef struct {
     const cameras *exact;
     const float *gt, *est; /* (3, stride), what is beyond n is not a number */

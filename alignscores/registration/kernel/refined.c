@@ -22,42 +22,36 @@ typedef struct {
     cameras c;
     double threshold, resolution;
     int alignment;
-    double *errors; /* (n,), overwritten */
+    double *squares; /* (n,), overwritten */
 } problem;
 
+/* Sum of smoothed errors below the threshold, which counts for the others. */
 EVERY_WIDTH
-static void smoothed_errors(const cameras *c, const similarity *s, double resolution,
-                            double *restrict errors)
-{
-    const cameras cameras = *c;
-    const similarity copy = *s;
-    const double shrink = 1 / copy.scale;
-    for (size_t i = 0; i < cameras.n; i++)
-        errors[i] = sqrt(squared_error(&cameras, i, shrink, &copy) + resolution * resolution);
-}
-
-/* Sum of what is below the threshold, which counts for the others. */
-EVERY_WIDTH
-static double truncated_sum(const double *restrict values, size_t n, double threshold)
+static double truncated_sum(const double *restrict squares, size_t n, double resolution,
+                            double threshold)
 {
     double sum = 0;
 #pragma omp simd reduction(+ : sum)
-    for (size_t i = 0; i < n; i++)
-        sum += values[i] < threshold ? values[i] : threshold;
+    for (size_t i = 0; i < n; i++) {
+        double smoothed = sqrt(squares[i] + resolution * resolution);
+        sum += smoothed < threshold ? smoothed : threshold;
+    }
     return sum;
 }
 
 EVERY_WIDTH
-static void to_weights(double *restrict errors, size_t n, double threshold)
+static void to_weights(double *restrict squares, size_t n, double resolution, double threshold)
 {
-    for (size_t i = 0; i < n; i++)
-        errors[i] = errors[i] < threshold ? 1 / errors[i] : 0;
+    for (size_t i = 0; i < n; i++) {
+        double smoothed = sqrt(squares[i] + resolution * resolution);
+        squares[i] = smoothed < threshold ? 1 / smoothed : 0;
+    }
 }
 
 static double truncated_cost(const problem *p, const similarity *s)
 {
-    smoothed_errors(&p->c, s, p->resolution, p->errors);
-    return truncated_sum(p->errors, p->c.n, p->threshold);
+    squared_errors(&p->c, s, p->squares);
+    return truncated_sum(p->squares, p->c.n, p->resolution, p->threshold);
 }
 
 /* The lowest costs, in order, and what they are of. */
@@ -112,9 +106,9 @@ static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_
         starts[h] = (start){rows[h], truncated_cost(p, &rows[h]), INFINITY};
     while (count > n_left || largest_gain > least_gain) {
         for (size_t h = 0; h < count; h++) {
-            smoothed_errors(&p->c, &starts[h].at, p->resolution, p->errors);
-            to_weights(p->errors, p->c.n, p->threshold);
-            const moments sums = weighted_moments(&p->c, p->errors);
+            squared_errors(&p->c, &starts[h].at, p->squares);
+            to_weights(p->squares, p->c.n, p->resolution, p->threshold);
+            const moments sums = weighted_moments(&p->c, p->squares);
             fit_moments(&sums, p->alignment, &rows[h]);
         }
         for (size_t h = 0; h < count; h++) {
@@ -141,13 +135,13 @@ static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_
 }
 
 EVERY_WIDTH
-static void distances(const double *restrict points, size_t stride, size_t from, size_t n,
-                      double *restrict lengths)
+static void squared_distances(const double *restrict points, size_t stride, size_t from, size_t n,
+                              double *restrict squares)
 {
     const vector centre = point(points, stride, from);
     for (size_t i = 0; i < n; i++) {
         vector difference = minus(centre, point(points, stride, i));
-        lengths[i] = sqrt(dot(difference, difference));
+        squares[i] = dot(difference, difference);
     }
 }
 
@@ -157,20 +151,20 @@ static void distances(const double *restrict points, size_t stride, size_t from,
 static size_t fit_neighbourhoods(const problem *p, similarity *fits)
 {
     const cameras *c = &p->c;
-    double *weights = p->errors;
+    double *squares = p->squares;
     ranking densest = {.n_max = N_NEIGHBOURHOODS};
     size_t n_candidates = smaller(c->n, SMALL_SAMPLE);
     for (size_t i = 0; i < n_candidates; i++) {
-        distances(c->gt, c->stride, i, n_candidates, weights);
-        insert(&densest, truncated_sum(weights, n_candidates, p->threshold), i);
+        squared_distances(c->gt, c->stride, i, n_candidates, squares);
+        insert(&densest, truncated_sum(squares, n_candidates, 0, p->threshold), i);
     }
     for (size_t k = 0; k <= densest.count; k++) {
         bool all = k == densest.count;
         if (!all)
-            distances(c->gt, c->stride, densest.indices[k], c->n, weights);
+            squared_distances(c->gt, c->stride, densest.indices[k], c->n, squares);
         for (size_t i = 0; i < c->n; i++)
-            weights[i] = all || weights[i] < p->threshold;
-        const moments sums = weighted_moments(c, weights);
+            squares[i] = all || sqrt(squares[i]) < p->threshold; /* weights */
+        const moments sums = weighted_moments(c, squares);
         fit_moments(&sums, p->alignment, &fits[k]);
     }
     return densest.count + 1;
@@ -234,7 +228,7 @@ void begin_search(pool *memory, const cameras *c, const options *o, bitgen *rand
     permute(sampler, c->n, order);
     all->shuffled = (cameras){c->n, c->n, shuffled(memory, c->gt, c->n, order),
                               shuffled(memory, c->est, c->n, order)};
-    all->errors = allocate(memory, c->n, sizeof *all->errors);
+    all->squares = allocate(memory, c->n, sizeof *all->squares);
     all->best.scale = NAN;
     fit_triplets(c, triplets, count, o->alignment, rows, is_free);
     if (n_subsets > 0)
@@ -253,7 +247,7 @@ void refined(search *all, const options *o, double threshold)
     const size_t n = all->shuffled.n;
     const bool has_best = !isnan(all->best.scale);
     similarity chosen[4 * N_STARTS], starts[MAX_STARTS];
-    const problem p = {all->shuffled, threshold, RESOLUTION * threshold, o->alignment, all->errors};
+    const problem p = {all->shuffled, threshold, RESOLUTION * threshold, o->alignment, all->squares};
     problem small_sample = p, sample = p; /* the first cameras, as their order is random */
     small_sample.c.n = smaller(n, SMALL_SAMPLE);
     sample.c.n = smaller(n, SAMPLE);

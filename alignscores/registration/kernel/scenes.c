@@ -131,26 +131,12 @@ static similarity registered(scene *s, const options *o, double threshold, bitge
     return alignment;
 }
 
-/* Errors in the ground truth, of normalised positions. */
-EVERY_WIDTH
-static void position_errors(const cameras *c, const similarity *s, double unit,
-                            double *restrict errors)
-{
-    const cameras cameras = *c;
-    const similarity copy = *s;
-    for (size_t i = 0; i < cameras.n; i++) {
-        vector aligned = over(minus(point(cameras.est, cameras.n, i), copy.translation), copy.scale);
-        vector residual = minus(aligned, rotated(copy.rotation, point(cameras.gt, cameras.n, i)));
-        errors[i] = unit * sqrt(dot(residual, residual));
-    }
-}
-
 /* The errors of all cameras, infinite where one was not estimated. */
 static void write_errors(const scene *s, const similarity *alignment, double *errors)
 {
-    position_errors(&s->estimated, alignment, s->gt_frame.unit, errors);
+    squared_errors(&s->estimated, alignment, errors);
     for (size_t i = s->n, next = s->estimated.n; i-- > 0;)
-        errors[i] = s->is_estimated[i] ? errors[--next] : INFINITY;
+        errors[i] = s->is_estimated[i] ? s->gt_frame.unit * sqrt(errors[--next]) : INFINITY;
 }
 
 /* The alignment of normalised positions as that of the positions themselves. */
@@ -190,9 +176,6 @@ static bool align_scene(scene *s, const options *o, size_t n, const double *gt, 
     }
     return true;
 }
-
-EXPORTED
-const size_t options_size = sizeof(options); /* which Python declares, too */
 
 EXPORTED
 scene *new_scene(void)

@@ -60,6 +60,24 @@ typedef struct {
     int flat; /* then there is no normal */
 } triangle;
 
+EVERY_WIDTH
+static void measure_errors(const double *restrict gt, const double *restrict est, size_t stride,
+                           size_t n, similarity s, double *restrict squares)
+{
+    const double shrink = 1 / s.scale;
+    for (size_t i = 0; i < n; i++) {
+        vector aligned = times(shrink, minus(point(est, stride, i), s.translation));
+        vector residual = minus(aligned, rotated(s.rotation, point(gt, stride, i)));
+        squares[i] = dot(residual, residual);
+    }
+}
+
+/* Squared errors of the cameras in the ground truth. */
+void squared_errors(const cameras *c, const similarity *s, double *squares)
+{
+    measure_errors(c->gt, c->est, c->stride, c->n, *s, squares);
+}
+
 INLINED triangle measured(const double *points, size_t n, triplet t)
 {
     vector a = point(points, n, t.i), b = point(points, n, t.j), c = point(points, n, t.k);

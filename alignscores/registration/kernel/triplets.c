@@ -70,6 +70,12 @@ static inline int all_alike(double ij, double ik, double jk, double factor)
            & alike(ij, ik, factor) & alike(ij, jk, factor) & alike(ik, jk, factor);
 }
 
+static inline int passes(const double *gt, const double *est, size_t n, triplet t, double factor)
+{
+    return all_alike(squared_ratio(gt, est, n, t.i, t.j), squared_ratio(gt, est, n, t.i, t.k),
+                     squared_ratio(gt, est, n, t.j, t.k), factor);
+}
+
 /* Without branches, since a processor cannot predict which triplets pass. The results are as wide
    as the numbers they are computed from, so that the loop is vectorised. */
 EVERY_WIDTH
@@ -77,29 +83,39 @@ static void mark_passing(const double *restrict gt, const double *restrict est, 
                          const uint32_t *restrict drawn, size_t count, double factor,
                          uint64_t *restrict marks)
 {
-    const uint32_t *first = drawn, *second = drawn + count, *third = drawn + 2 * count;
-    for (size_t t = 0; t < count; t++)
-        marks[t] = (uint64_t)all_alike(squared_ratio(gt, est, n, first[t], second[t]),
-                                       squared_ratio(gt, est, n, first[t], third[t]),
-                                       squared_ratio(gt, est, n, second[t], third[t]), factor);
+    for (size_t t = 0; t < count; t++) {
+        triplet cameras = {drawn[t], drawn[count + t], drawn[2 * count + t]};
+        marks[t] = (uint64_t)passes(gt, est, n, cameras, factor);
+    }
 }
 
-/* All triplets that pass, each three times: every edge is the first edge once. */
-static size_t enumerate(const cameras *c, double factor, triplet *kept)
+/* All triplets, the longest edge first, so that no order of the cameras matters. */
+void all_triplets(const cameras *c, triplet *triplets)
 {
     size_t count = 0;
     for (uint32_t i = 0; i < c->n; i++)
-        for (uint32_t j = i + 1; j < c->n; j++) {
-            double ij = squared_ratio(c->gt, c->est, c->n, i, j);
+        for (uint32_t j = i + 1; j < c->n; j++)
             for (uint32_t k = j + 1; k < c->n; k++) {
-                kept[count] = (triplet){i, j, k};
-                count += (size_t)all_alike(ij, squared_ratio(c->gt, c->est, c->n, i, k),
-                                           squared_ratio(c->gt, c->est, c->n, j, k), factor);
+                double ij = squared_edge(c->gt, c->n, i, j), jk = squared_edge(c->gt, c->n, j, k);
+                double ki = squared_edge(c->gt, c->n, k, i);
+                triplets[count++] = ij >= jk && ij >= ki ? (triplet){i, j, k}
+                                    : jk >= ki           ? (triplet){j, k, i}
+                                                         : (triplet){k, i, j};
             }
-        }
+}
+
+/* All triplets that pass, each three times: every edge is the first edge once. */
+static size_t enumerate(const cameras *c, double factor, triplet *triplets)
+{
+    size_t count = 0;
+    all_triplets(c, triplets);
+    for (size_t t = 0; t < n_triplets(c->n); t++) {
+        triplets[count] = triplets[t];
+        count += (size_t)passes(c->gt, c->est, c->n, triplets[t], factor);
+    }
     for (size_t t = 0; t < count; t++) {
-        kept[count + t] = (triplet){kept[t].j, kept[t].k, kept[t].i};
-        kept[2 * count + t] = (triplet){kept[t].k, kept[t].i, kept[t].j};
+        triplets[count + t] = (triplet){triplets[t].j, triplets[t].k, triplets[t].i};
+        triplets[2 * count + t] = (triplet){triplets[t].k, triplets[t].i, triplets[t].j};
     }
     return 3 * count;
 }
@@ -134,19 +150,4 @@ size_t prescreened_triplets(pool *memory, const cameras *c, const options *o, bi
         batch = more < MAX_AT_ONCE ? (size_t)more : MAX_AT_ONCE;
     }
     return count;
-}
-
-/* All triplets, the longest edge first, so that no order of the cameras matters. */
-void all_triplets(const cameras *c, triplet *triplets)
-{
-    size_t count = 0;
-    for (uint32_t i = 0; i < c->n; i++)
-        for (uint32_t j = i + 1; j < c->n; j++)
-            for (uint32_t k = j + 1; k < c->n; k++) {
-                double ij = squared_edge(c->gt, c->n, i, j), jk = squared_edge(c->gt, c->n, j, k);
-                double ki = squared_edge(c->gt, c->n, k, i);
-                triplets[count++] = ij >= jk && ij >= ki ? (triplet){i, j, k}
-                                    : jk >= ki           ? (triplet){j, k, i}
-                                                         : (triplet){k, i, j};
-            }
 }
