@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .aligner import Aligned, Aligner, Seed, map_threads
+from .aligner import Aligned, Aligner, Seed
 from .arrays import Floats, Indices, sizes
-from .distance import N_THRESHOLDS, distance_of, smallest_unit, too_few
 from .histogram import cumulative_frequency, equal_steps
 from .pose import PASResult, check_weight
 from .registration import Registration
@@ -81,8 +80,6 @@ class TASBatch(_Batch):
         d of each scene; NaN where it is undefined.
     scale : (B,) ndarray
         Estimated units per ground-truth unit; NaN where there is no alignment.
-    distances : (B,) ndarray or None
-        Half-score distances, if requested; see `tas_distance`.
     registration : str
         Name of the registration.
     aligned : Aligned
@@ -100,7 +97,6 @@ class TASBatch(_Batch):
 
     unit: Floats
     scale: Floats
-    distances: Floats | None
     registration: str
     aligned: Aligned = field(repr=False)
 
@@ -136,8 +132,6 @@ class RASBatch(_Batch):
         See `TASBatch`.
     alignment : (B, 3, 3) ndarray
         Rotations from the ground-truth to the estimated frames; NaN where no camera was estimated.
-    angles : (B,) ndarray or None
-        Half-score angles in degrees, if requested; see `ras_angle`.
 
     Examples
     --------
@@ -151,7 +145,6 @@ class RASBatch(_Batch):
     """
 
     alignment: Floats
-    angles: Floats | None
 
     def __getitem__(self, scene: int) -> RASResult:
         scene, errors, thresholds = self._scene(scene)
@@ -216,7 +209,6 @@ def pas_batch(
     registration: str | Registration = "pcr99",
     alignment: str = "similarity",
     up: str = "z",
-    distances: bool = False,
     threads: int = 1,
 ) -> PASBatch:
     """Score many scenes in one call: for each the result of `pas`, bit for bit, in less time.
@@ -237,8 +229,6 @@ def pas_batch(
         See `tas`.
     alignment, up : str
         See `tas`.
-    distances : bool
-        Whether to compute half-score distances and angles; see `tas_distance` and `ras_angle`.
     threads : int
         Number of threads; no result depends on it.
 
@@ -281,7 +271,6 @@ def pas_batch(
         unit=unit,
         max_threshold=max_threshold,
         n_thresholds=n_thresholds,
-        distances=distances,
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
@@ -290,14 +279,7 @@ def pas_batch(
         threads=threads,
     )
     rotations = _ras_batch(
-        gt_rotations,
-        est_rotations,
-        starts,
-        max_threshold_deg,
-        n_thresholds,
-        alignment,
-        up,
-        distances,
+        gt_rotations, est_rotations, starts, max_threshold_deg, n_thresholds, alignment, up
     )
     score = weight * positions.score + (1 - weight) * rotations.score
     return PASBatch(score=score, tas=positions, ras=rotations, weight=weight)
@@ -315,7 +297,6 @@ def tas_batch(
     registration: str | Registration = "pcr99",
     alignment: str = "similarity",
     up: str = "z",
-    distances: bool = False,
     threads: int = 1,
 ) -> TASBatch:
     """Score the positions of many scenes in one call: for each the result of `tas`, bit for bit.
@@ -326,7 +307,7 @@ def tas_batch(
         Camera centres of each scene; see `pas_batch`.
     rng, unit, n_hypotheses, max_threshold, n_thresholds, registration, alignment, up : as in `tas`
         The same for all scenes.
-    distances, threads : bool, int
+    threads : int
         See `pas_batch`.
 
     Returns
@@ -350,9 +331,9 @@ def tas_batch(
     >>> from alignscores import tas_batch
     >>> rng = np.random.default_rng(0)
     >>> scenes = [rng.random((n, 3)) for n in (10, 20, 30)]
-    >>> result = tas_batch(scenes, scenes, distances=True)
-    >>> result.score, result.n_cameras, bool(np.all(result.distances < 1e-9))
-    (array([1., 1., 1.]), array([10, 20, 30]), True)
+    >>> result = tas_batch(scenes, scenes)
+    >>> result.score, result.n_cameras
+    (array([1., 1., 1.]), array([10, 20, 30]))
     """
     (gt,), (est,), starts = _scenes(gt_positions, est_positions, "positions", check_positions)
     return _tas_batch(
@@ -362,7 +343,6 @@ def tas_batch(
         unit=unit,
         max_threshold=max_threshold,
         n_thresholds=n_thresholds,
-        distances=distances,
         registration=registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
@@ -380,7 +360,6 @@ def ras_batch(
     n_thresholds: int = 100,
     alignment: str = "similarity",
     up: str = "z",
-    angles: bool = False,
 ) -> RASBatch:
     """Score the rotations of many scenes in one call: for each the result of `ras`, bit for bit.
 
@@ -390,8 +369,6 @@ def ras_batch(
         Camera-to-world rotations of each scene; see `pas_batch`.
     max_threshold_deg, n_thresholds, alignment, up : as in `ras`
         The same for all scenes.
-    angles : bool
-        Whether to compute half-score angles; see `ras_angle`.
 
     Returns
     -------
@@ -414,11 +391,11 @@ def ras_batch(
     >>> from alignscores import ras_batch
     >>> gt = Rotation.from_euler("z", [[0], [40], [80], [120]], degrees=True)
     >>> est = Rotation.from_euler("x", [[5], [5], [5], [90]], degrees=True) * gt
-    >>> ras_batch([gt.as_matrix()], [est.as_matrix()], angles=True).score
+    >>> ras_batch([gt.as_matrix()], [est.as_matrix()]).score
     array([0.75])
     """
     (gt,), (est,), starts = _scenes(gt_rotations, est_rotations, "rotations", check_rotations)
-    return _ras_batch(gt, est, starts, max_threshold_deg, n_thresholds, alignment, up, angles)
+    return _ras_batch(gt, est, starts, max_threshold_deg, n_thresholds, alignment, up)
 
 
 def _tas_batch(
@@ -429,7 +406,6 @@ def _tas_batch(
     unit: float | None,
     max_threshold: float,
     n_thresholds: int,
-    distances: bool,
     threads: int,
     **settings: Any,
 ) -> TASBatch:
@@ -455,7 +431,6 @@ def _tas_batch(
         starts=starts,
         unit=units,
         scale=aligned.rows[:, 0],
-        distances=_distances(gt, est, starts, threads, **settings) if distances else None,
         registration=aligner.registration,
         aligned=aligned,
     )
@@ -469,7 +444,6 @@ def _ras_batch(
     n_thresholds: int,
     alignment: str,
     up: str,
-    angles: bool,
 ) -> RASBatch:
     check_alignment(alignment, up)
     steps = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
@@ -484,7 +458,6 @@ def _ras_batch(
         thresholds=thresholds,
         starts=starts,
         alignment=rotations,
-        angles=_half_units(errors, starts) if angles else None,
     )
 
 
@@ -567,31 +540,6 @@ def _scores(errors: Floats, thresholds: Floats, starts: Indices) -> Floats:
             for (start, end), steps in zip(pairwise(starts.tolist()), thresholds, strict=True)
         ]
     )
-
-
-def _half_units(errors: Floats, starts: Indices) -> Floats:
-    """Return the unit of each scene at which its score is one half."""
-    return np.array(
-        [
-            smallest_unit(np.sort(errors[start:end]), 0.5, N_THRESHOLDS) if end > start else np.nan
-            for start, end in pairwise(starts.tolist())
-        ]
-    )
-
-
-def _distances(gt: Floats, est: Floats, starts: Indices, threads: int, **settings: Any) -> Floats:
-    """Return the half-score distance of each scene."""
-    settings["registration"] = "refined"
-
-    def distance(rows: slice) -> float:
-        n = rows.stop - rows.start
-        if too_few(n, 0.5, settings["alignment"]):
-            return np.nan
-        scene = Aligner(gt[rows], est[rows], np.array([0, n]), keep=True, **settings)
-        return distance_of(scene, 0.5)[0]
-
-    threads = 1 if isinstance(settings["rng"], np.random.Generator) else threads
-    return np.array(map_threads(distance, [slice(*rows) for rows in pairwise(starts)], threads))
 
 
 def _warn(scenes: NDArray[np.bool_], what: str, why: str) -> None:

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FITTED",
-    "distance_of",
     "extent",
     "ras_angle",
     "search_unit",
@@ -119,7 +118,16 @@ def tas_distance(
     if reason := too_few(len(aligner.gt), score, alignment):
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return nan
-    distance, errors = distance_of(aligner, score)
+    if aligner.has_one_alignment:
+        errors = np.sort(aligner.align(np.ones(1)).errors)
+        distance = smallest_unit(errors, score, N_THRESHOLDS)
+    else:
+        distance, errors = search_unit(
+            lambda unit: aligner.align(np.array([unit])).errors,
+            extent(aligner.gt),
+            score,
+            N_THRESHOLDS,
+        )
     if np.isinf(errors).all():
         warnings.warn(
             "the distance is infinite: the estimate cannot be aligned",
@@ -127,18 +135,6 @@ def tas_distance(
             stacklevel=2,
         )
     return distance
-
-
-def distance_of(aligner: Aligner, score: float) -> tuple[float, Floats]:
-    """Return the smallest unit at which the TAS of one scene reaches a score, and the errors."""
-    if aligner.has_one_alignment:
-        errors = np.sort(aligner.align(np.ones(1)).errors)
-        return smallest_unit(errors, score, N_THRESHOLDS), errors
-
-    def errors_at(unit: float) -> Floats:
-        return aligner.align(np.array([unit])).errors
-
-    return search_unit(errors_at, extent(aligner.gt), score, N_THRESHOLDS)
 
 
 def ras_angle(
@@ -193,16 +189,15 @@ def ras_angle(
     return smallest_unit(np.sort(result.errors), score, N_THRESHOLDS)
 
 
-def too_few(n: int, score: float, alignment: str, n_parts: int = 1) -> str:
-    """Return the reason why n cameras in parts have no distance, or an empty string."""
+def too_few(n: int, score: float, alignment: str) -> str:
+    """Return the reason why n cameras have no distance, or an empty string."""
     _check_score(score)
     fitted = FITTED[alignment]
-    if score * n > fitted * n_parts:
+    if score * n > fitted:
         return ""
-    n_needed = floor(fitted * n_parts / score) + 1
     return (
-        f"no distance at a score of {score:g} for {n} cameras: {n_needed} are needed, since any "
-        f"alignment fits {fitted * n_parts} of them exactly"
+        f"no distance at a score of {score:g} for {n} cameras: {floor(fitted / score) + 1} are "
+        f"needed, since any alignment fits {fitted} of them exactly"
     )
 
 

@@ -26,8 +26,6 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
     ----------
     registration : {"refined", "pcr99"} or Registration
         See `tas`.
-    distances : bool
-        Whether to find half-score distances and angles, too.
     protocols : sequence of str
         Other projects' metrics, such as "auc@30:vggt", by the names of ``--metrics``.
     options : dict, optional
@@ -59,16 +57,14 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         self,
         *,
         registration: Any = "refined",
-        distances: bool = False,
         protocols: Sequence[str] = (),
         options: dict[str, Any] | None = None,
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
-        self._options = {**(options or {}), "registration": registration, "distances": distances}
+        self._options = {**(options or {}), "registration": registration}
         self._protocols = {name: metric(name) for name in protocols}
-        levels = ["half_distance", "half_angle"] if distances else []
-        self.names = ["PAS", "TAS", "RAS", *levels, *self._protocols]
+        self.names = ["PAS", "TAS", "RAS", *self._protocols]
         self.add_state("values", default=[], dist_reduce_fx="cat")
 
     def update(self, gt_poses: Any, est_poses: Any, mask: Any = None) -> None:
@@ -85,26 +81,21 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
             gt_poses = torch.where(mask[..., None, None], gt_poses, torch.nan)
         result = pas_batch(gt_poses, est_poses, **self._options)
         columns: list[Any] = [result.score, result.tas.score, result.ras.score]
-        if self._options["distances"]:
-            columns += [result.tas.distances, result.ras.angles]
         if self._protocols:
             columns += np.transpose(self._values(gt_poses, est_poses)).tolist()
         values = torch.tensor(np.array(columns).T, dtype=torch.float64, device=self.device)
         self.values.append(values)
 
     def compute(self) -> dict[str, Any]:
-        """Return the means over all scenes that have a value, of distances and angles the medians.
+        """Return the means over all scenes that have a value.
 
         Returns
         -------
         dict of str to tensor
-            By name: PAS, TAS, RAS, half_distance, half_angle, and the protocols.
+            By name: PAS, TAS, RAS and the protocols.
         """
         values = torchmetrics.utilities.dim_zero_cat(self.values).unbind(dim=1)
-        return {
-            name: column.nanmedian() if name.startswith("half_") else column.nanmean()
-            for name, column in zip(self.names, values, strict=True)
-        }
+        return {name: one.nanmean() for name, one in zip(self.names, values, strict=True)}
 
     def _values(self, gt_poses: Any, est_poses: Any) -> list[list[float]]:
         """Return the protocols of each scene; NaN where one has no value."""
