@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import ks_2samp
 
-from alignscores import AlignmentWarning, closest_pair_quartile, ras, tas
+from alignscores import closest_pair_quartile, ras, tas
 
 N_SEEDS = 100  # of ours against 20 reference runs
 RUN = ["TAS", "TAS_min_mth_err"]  # what is random in a run: score, and cost of the alignment
@@ -27,8 +27,6 @@ DETERMINISTIC = "00 03 05 07 09 10 13"  # so few triplets that every run finds t
 SAMPLED = "17 18 20 22 24 27 28 30 33 34 36 39 43 45 47 53 54 57 59 60 64"
 NOISE_FREE = "41 63"
 ROUNDOFF_SENSITIVE = "49"
-NO_TERMINATION = "14"
-ERROR = "50"
 
 
 @cases(ALL)
@@ -45,18 +43,6 @@ def test_rotation_score(reference_case):
     assert result.score == pytest.approx(float(reference_case["RAS"]), abs=1e-12)
     np.testing.assert_allclose(result.alignment, reference_case["tlud_R"], rtol=0, atol=1e-9)
     np.testing.assert_allclose(result.errors, reference_case["rot_err_deg"], rtol=0, atol=1e-9)
-
-
-@cases(NOISE_FREE)
-def test_rotation_score_without_noise(reference_case):
-    """The published average may be 0/0; ours is the true rotation, and inliers score exactly 1."""
-    n, outliers = reference_case.meta["n"], reference_case.meta["k_outliers"]
-    gt, est = reference_case["gt_R"], reference_case["est_R"]
-    assert np.isnan(reference_case["tlud_R"]).all() == reference_case.meta["tlud_is_nan"]
-    result = ras(gt, est)
-    np.testing.assert_allclose(result.alignment, reference_case["true_R"], rtol=0, atol=1e-12)
-    assert np.all(result.errors[: n - outliers] < 1e-10)
-    assert result.score == (n - outliers) / n
 
 
 @pytest.fixture(scope="module")
@@ -128,34 +114,14 @@ def test_tas_on_a_line(reference_case, runs):
 
 
 @cases(NOISE_FREE)
-def test_tas_without_noise(reference_case):
-    """Exactly the share of the inliers, for every seed."""
+def test_scores_without_noise(reference_case):
+    """Exactly the share of the inliers, for every seed; the published RAS may be 0/0."""
     n, outliers = reference_case.meta["n"], reference_case.meta["k_outliers"]
     for seed in range(10):
         result = tas(reference_case["gt_xyz"], reference_case["est_xyz"], rng=seed)
         assert result.score == (n - outliers) / n
     np.testing.assert_allclose(reference_case["TAS"], (n - outliers) / n, rtol=1e-12)
-
-
-@cases(NO_TERMINATION)
-def test_tas_where_nothing_passes_the_prescreen(reference_case):
-    """The published search never ends here; ours scores 0 with a warning."""
-    with pytest.warns(AlignmentWarning, match="TAS is 0"):
-        result = tas(reference_case["gt_xyz"], reference_case["est_xyz"])
-    assert result.score == 0
-    assert result.alignment is None
-    assert result.n_hypotheses == 0
-    assert np.isinf(result.errors).all()
-
-
-@cases(ERROR)
-def test_tas_on_a_line_along_an_axis(reference_case):
-    """The published code stops with an error here; we score what the noise allows."""
-    n, outliers = reference_case.meta["n"], reference_case.meta["k_outliers"]
-    for seed in range(10):
-        result = tas(reference_case["gt_xyz"], reference_case["est_xyz"], rng=seed)
-        assert result.alignment is not None
-        inlier_errors = result.errors[: n - outliers]
-        assert np.all(inlier_errors < 10 * reference_case.meta["sigma_t"])
-        assert result.score == pytest.approx(0.9 - inlier_errors.sum() / n, abs=0.011)
-        assert result.alignment.scale == pytest.approx(reference_case["true_scale"], rel=0.02)
+    assert np.isnan(reference_case["tlud_R"]).all() == reference_case.meta["tlud_is_nan"]
+    rotations = ras(reference_case["gt_R"], reference_case["est_R"])
+    np.testing.assert_allclose(rotations.alignment, reference_case["true_R"], rtol=0, atol=1e-12)
+    assert rotations.score == (n - outliers) / n
