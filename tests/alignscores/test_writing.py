@@ -77,13 +77,10 @@ def test_devices_and_long_names_are_refused(tmp_path):
     [
         (["--save_errors", "{}/pipe.csv"], "pipe.csv cannot be written (it is a pipe or a device"),
         (["--save_errors", f"{{}}/{'x' * 252}.csv"], "cannot be written (File name too long)"),
-        (["--save_errors", "{}/a.csv", "--profile", "{}/./a.csv"], "would both write"),
-        (["--save_errors", "{}/a.csv", "--save_metrics", "{}/folder.csv/../a.csv"], "both write"),
     ],
 )
 def test_the_command_refuses_them_in_one_line(run, tmp_path, options, reason):
     os.mkfifo(tmp_path / "pipe.csv")
-    (tmp_path / "folder.csv").mkdir()
     options = [option.format(tmp_path) for option in options]
     code, out, err = run("tum", "tum/reference.txt", "tum/estimate.txt", *options)
     assert (code, out, err.count("\n")) == (1, "", 1)

@@ -17,34 +17,26 @@ OUTPUTS = {  # the suffix of each option's file
 }
 
 
-def same(path):
+def same(path, suffix):
     return path
 
 
-def through_parent(path):
-    (path.parent / "sub").mkdir(exist_ok=True)
-    return f"{path.parent}/sub/../{path.name}"
-
-
-def symlink(path, suffix=None):
-    link = path.with_name(f"link{suffix or path.suffix}")
+def symlink(path, suffix):
+    link = path.with_name(f"link{suffix}")
     link.symlink_to(path)
     return link
 
 
-def hard_link(path, suffix=None):
-    link = path.with_name(f"hard{suffix or path.suffix}")
+def hard_link(path, suffix):
+    link = path.with_name(f"hard{suffix}")
     link.hardlink_to(path)
     return link
 
 
-def linked_folder(path):
+def linked_folder(path, suffix):
     link = path.parent.with_name("linked")
     link.symlink_to(path.parent)
     return link / path.name
-
-
-LINKS = symlink, hard_link
 
 
 @pytest.fixture
@@ -75,89 +67,51 @@ def refused(command, tmp_path):
     return refused
 
 
-REPLACED = "would replace the input"
-
-
 @pytest.mark.parametrize(
     ("option", "whose", "way"),
     [
         *((option, "estimate", same) for option in OUTPUTS),
-        *(("--save_errors", whose, symlink) for whose in ("reference", "second", "frames")),
-        *(("--save_page", "reference", way) for way in (through_parent, *LINKS, linked_folder)),
+        *(("--save_page", whose, symlink) for whose in ("reference", "frames")),
+        *(("--save_page", "reference", way) for way in (hard_link, linked_folder)),
     ],
 )
 def test_no_output_replaces_an_input(here, examples, refused, option, whose, way):
-    inputs = {
-        "reference": "tum/reference.txt",
-        "estimate": "tum/estimate.txt",
-        "second": "tum/estimate.txt",
-        "frames": "tum/reference.txt",
-    }
+    sources = {"reference": "reference", "estimate": "estimate", "frames": "reference"}
     files = {}
-    for name, source in inputs.items():
+    for name, source in sources.items():
         files[name] = here / f"{name}{OUTPUTS[option] if name == whose else '.any'}"
-        shutil.copy(examples / source, files[name])
-    target = way(files[whose])
-    estimates = [files["estimate"], files["second"]]
-    if option in ("--save_aligned", "--save_results"):  # of several, each has another name
-        estimates = [files["second" if whose == "second" else "estimate"]]
-    arguments = "tum", files["reference"], *estimates, "--frames", files["frames"]
-    refused(f"{REPLACED} {files[whose]}", *arguments, option, target)
+        shutil.copy(examples / f"tum/{source}.txt", files[name])
+    arguments = "tum", files["reference"], files["estimate"], "--frames", files["frames"]
+    target = way(files[whose], OUTPUTS[option])
+    refused(f"would replace the input {files[whose]}", *arguments, option, target)
 
 
-@pytest.mark.parametrize("way", LINKS)
-def test_no_output_replaces_a_file_of_a_model(here, examples, refused, way):
+def test_no_output_replaces_a_file_of_a_model(here, examples, refused):
     for name in ("reference", "estimate"):
         shutil.copytree(examples / "colmap" / name, here / name)
-    target = way(here / "reference/images.txt", ".csv")
-    refused(REPLACED, "colmap", here / "reference", here / "estimate", "--save_errors", target)
+    target = symlink(here / "reference/images.txt", ".csv")
+    model = "colmap", here / "reference", here / "estimate"
+    refused("would replace the input", *model, "--save_errors", target)
 
 
-@pytest.mark.parametrize(
-    ("first", "second", "way"),
-    [
-        ("--save_errors", "--save_metrics", same),
-        ("--save_metrics", "--profile", linked_folder),
-    ],
-)
-def test_two_options_write_no_file_together(here, examples, refused, first, second, way):
+def test_two_options_write_no_file_together(here, examples, refused):
     files = [examples / file for file in FILES["tum"]]
-    both = first, here / "out.csv", second, way(here / "out.csv")
+    both = "--save_errors", here / "a.csv", "--profile", linked_folder(here / "a.csv", "")
     refused("would both write", "tum", *files, *both)
 
 
-@pytest.fixture
-def found_files(here, examples):
-    """The patterns of a benchmark with a page's names: one run, and what is left out."""
-    for sequence in ("desk", "lonely"):
-        (here / sequence).mkdir()
-        shutil.copy(examples / "tum/reference.txt", here / sequence / "gt.html")
-    shutil.copytree(here / "desk", here / "new")
-    (here / "new/gt.html").unlink()
+@pytest.mark.parametrize("whose", ["desk/gt", "lonely/gt", "desk/orb/0", "new/orb/0"])
+def test_no_page_replaces_a_file_of_a_benchmark(here, examples, refused, whose):
+    """Nor one that is left out, without a run or a reference."""
     for sequence in ("desk", "new"):
-        (here / sequence / "orb").mkdir()
+        (here / sequence / "orb").mkdir(parents=True)
         shutil.copy(examples / "tum/estimate.txt", here / sequence / "orb/0.html")
-    (here / "desk/orb/1.html").write_text("no trajectory")
-    shutil.copy(examples / "tum/reference.txt", here / "desk/frames.html")
-    return "tum", "{sequence}/gt.html", "{sequence}/{system}/{run}.html"
-
-
-BENCHMARK_FILES = {
-    "reference": "desk/gt.html",
-    "reference that is left out": "lonely/gt.html",
-    "run": "desk/orb/0.html",
-    "run that fails": "desk/orb/1.html",
-    "run that is left out": "new/orb/0.html",
-    "frames": "desk/frames.html",
-}
-
-
-@pytest.mark.parametrize("whose", BENCHMARK_FILES)
-def test_no_page_replaces_a_file_of_a_benchmark(here, found_files, refused, whose):
-    target = here / "page.html"
-    target.symlink_to(here / BENCHMARK_FILES[whose])
-    frames = "--frames", "desk/frames.html"
-    refused(REPLACED, "compare", *found_files, *frames, "--html", target)
+    (here / "lonely").mkdir()
+    for sequence in ("desk", "lonely"):
+        shutil.copy(examples / "tum/reference.txt", here / sequence / "gt.html")
+    target = symlink(here / f"{whose}.html", ".html")
+    patterns = "tum", "{sequence}/gt.html", "{sequence}/{system}/0.html"
+    refused("would replace the input", "compare", *patterns, "--html", target)
 
 
 def test_outputs_of_before_are_replaced(here, examples, command):
