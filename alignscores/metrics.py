@@ -119,7 +119,7 @@ FAMILIES = (*SCORES, *LEVELS, *PROTOCOLS)
 
 @cache
 def metric(name: str) -> Metric:
-    """Find a metric by its name, whatever its case, or by an old name, which `alias` then is."""
+    """Find a metric by its name, whatever its case, or by a short one, such as half."""
     return find(name, FAMILIES)
 
 

@@ -37,7 +37,6 @@ from ..parallel import available_processors
 from ..texts import printable
 from ..trajectories.formats import FORMATS
 from ..writing import write_whole
-from .metrics import alias_notes
 from .output import print_error, print_note, show_progress, table_width
 from .parser import Parser, metric_names, number_type, output_file
 from .saving import refuse_to_replace
@@ -240,7 +239,7 @@ def _print_problems(problems: list[str]) -> None:
 
 
 def _print_notes(comparison: Comparison, arguments: argparse.Namespace) -> None:
-    notes = [*alias_notes(arguments.metrics), *comparison.notes]
+    notes = list(comparison.notes)
     if arguments.verbose:
         notes += comparison.low_scores
     shown = notes if arguments.verbose or len(notes) <= NOTES else notes[: NOTES - 1]

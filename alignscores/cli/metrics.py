@@ -8,7 +8,7 @@ from ..texts import padded, text_width
 from ..trajectories.formats import FORMATS, Format
 from .table import shortened
 
-__all__ = ["alias_notes", "listing", "metre_notes", "metric_table"]
+__all__ = ["listing", "metre_notes", "metric_table"]
 
 FIRST, LONGEST_NAME = "estimate", 40  # header of the names, and their characters
 LEGEND = """\
@@ -27,12 +27,6 @@ def listing() -> str:
     ]
     formats = [f"  {name:9} {form.help}" for name, form in FORMATS.items()]
     return "\n".join(["metrics:", *metrics, "", LEGEND, "", "formats:", *formats])
-
-
-def alias_notes(names: Sequence[str]) -> list[str]:
-    """Return a note for each deprecated name."""
-    found = [metric(name) for name in names]
-    return [f"{one.alias} is deprecated; use {one.name}" for one in found if one.alias]
 
 
 def metre_notes(settings: Settings) -> list[str]:

@@ -17,7 +17,7 @@ from ..trajectories.files import FAILURES, STDIN, FileError, read_stamps
 from ..trajectories.formats import FORMATS
 from ..trajectories.recognition import recognise
 from ..version import __version__
-from .metrics import alias_notes, metre_notes
+from .metrics import metre_notes
 from .output import one_line, print_error, print_note, show_json, show_progress, show_table
 from .parser import Parser, metric_names, output_file
 from .saving import refuse_to_replace, save, show_plot, targets
@@ -128,7 +128,7 @@ def run(argv: Sequence[str]) -> int:
 
     scored, failed, notes = _score_all(arguments, settings)
     if scored:
-        notes += metre_notes(settings) + alias_notes(arguments.metrics)
+        notes += metre_notes(settings)
         failed += save(scored, failed, notes, arguments)
     if arguments.json:  # printed last: the reader may close the pipe, which ends the program
         show_json(settings, arguments.reference, scored, failed, notes)

@@ -14,7 +14,7 @@ from .matching import pair_auc, pair_pose_errors
 from .registry import PROTOCOLS, protocol
 from .relative import vggt_auc, vggt_rra, vggt_rta
 from .segments import kitti_relative_error, rpg_relative_error
-from .trajectory import evo_are, evo_ate, evo_rpe, mapanything_ate
+from .trajectory import evo_are, evo_ate, evo_rpe
 from .video import video_error
 
 __all__ = [
@@ -30,7 +30,6 @@ __all__ = [
     "hloc_median",
     "hloc_recall",
     "kitti_relative_error",
-    "mapanything_ate",
     "pair_auc",
     "pair_pose_errors",
     "protocol",

@@ -21,16 +21,6 @@ from ..validation import check_positions, check_rotations, check_same_length
 
 __all__ = ["UNITS", "Family", "Metric", "Missing", "find", "split_names"]
 
-REMOVED = {  # regular expressions of names, and the programs that have the metrics
-    r"maa:imc(24)?": "metric.py of the Image Matching Challenge (fb82/IMPED, src/imc.py)",
-    r"(auc|recall)@[^,]*m:colmap(-imc)?": "evaluate.py of COLMAP's benchmark",
-    r"recall@[^:]*,[^:]*(:ace0(-new)?)?": "eval_poses.py of ACE0 (nianticlabs/acezero)",
-    r"score:hilti": "batch_evaluation.py of Hilti-Research/hilti-slam-challenge-2022",
-    r"(score|recall@.*):lamaria": "the evaluation of cvg/lamaria",
-    r"auc@.*:vggt-old": "the older evaluation/test_co3d.py of facebookresearch/vggt",
-    r"rpe@.*:(estimate|reference)(:.*)?": "all for estimate, and all-reference for reference",
-    r"auc@.*:vggt-min": "rra@K:vggt and rta@K:vggt, the smaller one at each K",
-}
 UNITS = {"mm": 1000, "cm": 100, "m": 1}  # in a metre, which is a unit of the ground truth
 LENGTHS = {"distance", "length", "max_error"}  # arguments in units of the ground truth
 
@@ -52,8 +42,6 @@ class Family:
         Regular expression of the name up to the first colon; its groups set arguments.
     missing : {"fail", "left out", "refused"}
         What happens to cameras without an estimate.
-    origin : str
-        A word that the names must have, if any.
     required, optional : mapping of str to mapping
         Words and the values that they give to an argument; the first optional one is the default.
     unit : str
@@ -62,7 +50,7 @@ class Family:
         Whether it is a score, needs rotations, needs the order of time, depends on the seed, has
         lengths in metres that no name sets.
     aliases : tuple of str
-        Deprecated names of `example`, in lower case.
+        Other names of `example`, in lower case.
 
     Examples
     --------
@@ -78,7 +66,6 @@ class Family:
     function: Callable[..., float]
     head: str
     missing: Missing
-    origin: str = ""
     required: Mapping[str, Words] = field(default_factory=dict)
     optional: Mapping[str, Words] = field(default_factory=dict)
     unit: str = ""
@@ -93,12 +80,10 @@ class Family:
         """Return the arguments that a name, in lower case, sets; None if it is another family's."""
         head, *words = name.split(":")
         match = re.fullmatch(self.head, head)
-        if match is None or (self.origin and self.origin not in words):
+        if match is None:
             return None
         chosen: dict[str, Any] = {}
         for word in words:
-            if word == self.origin:
-                continue
             choices = {**self.required, **self.optional}
             key = next((key for key, choice in choices.items() if word in choice), None)
             if key is None or key in chosen:
@@ -123,8 +108,6 @@ class Metric:
         Unit, direction, needed input, and what happens to missing cameras.
     arguments : mapping of str to object
         Arguments of the family's function that the name sets.
-    alias : str
-        The deprecated name that it was looked up by, otherwise empty.
 
     Examples
     --------
@@ -137,7 +120,6 @@ class Metric:
     name: str
     family: Family
     arguments: Mapping[str, Any]
-    alias: str = ""
 
     @property
     def metres(self) -> bool:
@@ -206,11 +188,8 @@ class Metric:
 
 
 def find(name: str, families: Iterable[Family]) -> Metric:
-    """Find a metric by its name, whatever its case, or by an old name; `ValueError` without one."""
+    """Find a metric by its name, whatever its case, or by another one; `ValueError` without one."""
     asked = name.strip().lower()
-    for removed, program in REMOVED.items():
-        if re.fullmatch(removed, asked):
-            raise ValueError(f"{name!r} was removed in version 2.0; use {program}")
     examples = {}
     for family in families:
         example = family.example.lower()
@@ -219,7 +198,7 @@ def find(name: str, families: Iterable[Family]) -> Metric:
         arguments = family.arguments(example if is_alias else asked)
         if arguments is not None:
             canonical = family.example if is_alias or asked == example else asked
-            return Metric(canonical, family, arguments, alias=name.strip() if is_alias else "")
+            return Metric(canonical, family, arguments)
     head = re.split("[@:]", asked)[0]
     same = [example for example in examples if re.split("[@:]", example)[0] == head]
     close = get_close_matches(asked, same or examples, n=3, cutoff=0) or examples

@@ -16,7 +16,6 @@ from .trajectory import (
     evo_are,
     evo_ate,
     evo_rpe,
-    mapanything_ate,
 )
 from .video import Scale, video_error
 
@@ -132,17 +131,6 @@ PROTOCOLS: Sequence[Family] = (
         missing="left out",
         optional=ALIGNED,
         unit="units",
-        rotations=False,
-    ),
-    Family(
-        "ate:mapanything",
-        "ate:mapanything",
-        "mean distance without a scale, of MapAnything",
-        mapanything_ate,
-        "ate",
-        missing="left out",
-        origin="mapanything",
-        unit="estimated units",
         rotations=False,
     ),
     Family(

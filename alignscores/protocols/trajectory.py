@@ -1,4 +1,4 @@
-"""Absolute and relative pose errors as evo computes them, and the mean that is called an RMSE."""
+"""Absolute and relative pose errors as evo computes them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -22,7 +22,6 @@ __all__ = [
     "evo_ate",
     "evo_rpe",
     "least_squares_aligned",
-    "mapanything_ate",
     "relative_poses",
     "statistic_of",
 ]
@@ -141,39 +140,6 @@ def evo_are(
     cameras = least_squares_aligned(Cameras.check(gt_poses, est_poses).matched(), alignment)
     angles = rotation_angles(cameras.est_rotations.transpose(0, 2, 1) @ cameras.gt_rotations)
     return statistic_of(angles, statistic)
-
-
-def mapanything_ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
-    """Mean distance after a rigid motion of the ground truth: MapAnything's "ATE RMSE".
-
-    Parameters
-    ----------
-    gt_positions, est_positions : (n, 3) array_like
-        Camera centres, row i of both the same camera. An estimate that is not finite is left out.
-
-    Returns
-    -------
-    float
-        The mean, in *estimated* units. There is no scale: MapAnything normalises both frames by
-        point maps before.
-    NoValueError
-        If nothing was estimated.
-
-    References
-    ----------
-    facebookresearch/map-anything, ``evaluate_ate``, at 5e21566 (2025).
-
-    Examples
-    --------
-    >>> from alignscores.protocols import mapanything_ate
-    >>> mapanything_ate([[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [4, 0, 0]])
-    2.0
-    """
-    gt, est = Positions.check(gt_positions, est_positions).matched()
-    if len(gt) == 0:
-        raise NoValueError("no camera was estimated")
-    moved = Similarity.fit(gt, est, alignment="rigid").apply(gt)
-    return float(np.linalg.norm(moved - est, axis=1).mean())
 
 
 def evo_rpe(

@@ -51,7 +51,7 @@ METRICS = """
     rta@5:vggt rta@5:mapanything rta@5:da3 auc@5:colmap auc@5:colmap-imc recall@5deg:colmap
     recall@5deg:colmap-imc recall@10cm,5deg:hloc recall@10cm,5deg:hloc-sim3 median:hloc
     median:hloc-sim3 median:hloc:rotation median:hloc-sim3:rotation ate:rmse:sim3 ate:mean:se3
-    ate:median:scale ate:max:none ate:std:sim3 ate:mapanything are:rmse:sim3 are:mean:none
+    ate:median:scale ate:max:none ate:std:sim3 are:rmse:sim3 are:mean:none
     rpe@1f rpe@5f:rotation rpe@1m rpe@1m:all rpe@1m:all-reference rpe@1m:rotation rpe@1m:distance
     rpe@2m:mean:sim3 roterr transerr:cami2v transerr:cami2v-abs transerr:cameractrl cammc:cami2v
     cammc:cami2v-abs cammc:cameractrl rpg@2m rpg@2m:median:sim3 rpg@2m:rotation

@@ -61,11 +61,6 @@ def test_lengths_in_metres_where_the_reference_has_none(run):
     assert note not in run(*TUM, "--metrics", names)[2]
 
 
-def test_a_deprecated_name_is_noted(run):
-    note = "alignscores: note: half is deprecated; use half_distance\n"
-    assert note in run(*TUM, "--metrics", "half")[2]
-
-
 def test_a_metric_without_a_value_is_a_dash_and_null(run, lines, write):
     """More than half of the cameras lost: the median is not finite."""
     files = *TUM[:2], write(lines[:15]), *AT_STAMPS, "--metrics", "median:hloc,half_distance,kitti"

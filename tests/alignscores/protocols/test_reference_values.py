@@ -20,7 +20,6 @@ from alignscores.protocols import (
     hloc_median,
     hloc_recall,
     kitti_relative_error,
-    mapanything_ate,
     rpg_relative_error,
     vggt_auc,
     vggt_rra,
@@ -141,7 +140,6 @@ def ours():
         evo_rpe(g, e, alignment="sim3"),
         evo_rpe(g, e, alignment="sim3", error="rotation"),
     ]
-    table["mapanything_ate"] = lambda g, e, m: mapanything_ate(g[:, :3, 3], e[:, :3, 3])
     table["kitti_t_err_percent"] = lambda g, e, m: kitti_relative_error(g, e)
     table["kitti_r_err_deg_per_m"] = lambda g, e, m: kitti_relative_error(g, e, error="rotation")
     return table
