@@ -104,11 +104,9 @@ def test_definition(cloud, kind, n, n_hypotheses, prescreen):
         est[: n // 4] = noise.uniform(-1, 1, (n // 4, 3))
         gt[1] = gt[0]
         ours, theirs = np.random.default_rng(seed), np.random.default_rng(seed)
-        options = max(4, n // 10), n_hypotheses
-        found, n_used = pcr99(
-            gt, est, rng=ours, rank=options[0], n_hypotheses=n_hypotheses, prescreen=prescreen
-        )
-        expected, n_expected = pcr99_by_definition(gt, est, *options, theirs, prescreen)
+        options = {"rank": max(4, n // 10), "n_hypotheses": n_hypotheses, "prescreen": prescreen}
+        found, n_used = pcr99(gt, est, **options, rng=ours)
+        expected, n_expected = pcr99_by_definition(gt, est, **options, rng=theirs)
         assert n_used == n_expected
         assert ours.random() == theirs.random()
         assert found.scale == pytest.approx(expected.scale, rel=1e-12)
