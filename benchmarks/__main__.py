@@ -1,4 +1,4 @@
-"""Time TAS, RAS, PAS and batches of scenes against other programs: ``python -m benchmarks``."""
+"""Time TAS, RAS and batches of scenes against other programs: ``python -m benchmarks``."""
 
 import argparse
 import ctypes
@@ -14,7 +14,7 @@ from timeit import Timer
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from alignscores import pas, pas_batch, ras, ras_batch, tas, tas_batch
+from alignscores import ras, ras_batch, tas, tas_batch
 from alignscores.arrays import Floats
 from experiments.scenes import make_scene
 
@@ -76,16 +76,13 @@ def contenders(gt: Floats, est: Floats) -> dict[str, Callable[[], object]]:
     least_squares = [(a.T.copy(), b.T.copy(), True) for a, b in clouds]
     tas_of: Callable[..., object] = tas_batch
     ras_of: Callable[..., object] = ras_batch
-    pas_of: Callable[..., object] = pas_batch
     if len(gt) == 1:
-        tas_of, ras_of, pas_of, gt, est = tas, ras, pas, gt[0], est[0]
+        tas_of, ras_of, gt, est = tas, ras, gt[0], est[0]
     positions = gt[..., :3, 3].copy(), est[..., :3, 3].copy()
     return {
         "TAS": partial(tas_of, *positions),
         "TAS, refined": partial(tas_of, *positions, registration="refined"),
         "RAS": partial(ras_of, gt[..., :3, :3].copy(), est[..., :3, :3].copy()),
-        "PAS": partial(pas_of, gt, est),
-        "PAS, refined": partial(pas_of, gt, est, registration="refined"),
         "pycolmap, robust": lambda: [
             pycolmap.estimate_sim3d_robust(*pair, options) for pair in clouds
         ],

@@ -233,11 +233,10 @@ void begin_search(pool *memory, const cameras *c, const options *o, bitgen *rand
     fit_triplets(c, triplets, count, o->alignment, rows, is_free);
     if (n_subsets > 0)
         count += fit_subsets(c, o->alignment, rows + count);
-    all->hypotheses = rows;
-    all->n_hypotheses = 0;
     for (size_t h = 0; h < count; h++)
         if (is_usable(&rows[h]))
             rows[all->n_hypotheses++] = rows[h];
+    all->hypotheses = rows;
 }
 
 /* Find the best alignment for a largest threshold; the one at the threshold before is a start. */

@@ -43,7 +43,7 @@ static void normalise(const double *rows, size_t n, frame f, size_t last, double
 /* A scene while it is registered at one or several thresholds. */
 typedef struct {
     pool memory;
-    bool is_open, is_drawn;
+    bool is_open;
     size_t n, last_axis;
     double d;
     bool *is_estimated;
@@ -121,9 +121,8 @@ static similarity registered(scene *s, const options *o, double threshold, bitge
     } else if (o->registration == PCR99) {
         *n_used = pcr99(&s->memory, c, o, rank, random, &alignment);
     } else {
-        if (!s->is_drawn)
+        if (s->search.hypotheses == NULL)
             begin_search(&s->memory, c, o, random, sampler, &s->search);
-        s->is_drawn = true;
         refined(&s->search, o, threshold);
         *n_used = s->search.n_hypotheses;
         alignment = s->search.best;

@@ -104,8 +104,8 @@ static similarity between(triangle *a, triangle *b, int alignment)
 }
 
 EVERY_WIDTH
-static void weighted_means(const double *restrict gt, const double *restrict est, size_t stride,
-                           size_t n, const double *restrict weights, moments *restrict m)
+static void measure_moments(const double *restrict gt, const double *restrict est, size_t stride,
+                            size_t n, const double *restrict weights, moments *restrict m)
 {
     double sum = 0, x = 0, y = 0, z = 0, u = 0, v = 0, w = 0;
 #pragma omp simd reduction(+ : sum, x, y, z, u, v, w)
@@ -119,15 +119,8 @@ static void weighted_means(const double *restrict gt, const double *restrict est
         w += weights[i] * est[2 * stride + i];
     }
     sum = fmax(sum, DBL_MIN);
-    m->gt_mean = over((vector){x, y, z}, sum);
-    m->est_mean = over((vector){u, v, w}, sum);
-}
-
-EVERY_WIDTH
-static void cross_covariance(const double *restrict gt, const double *restrict est, size_t stride,
-                             size_t n, const double *restrict weights, moments *restrict m)
-{
-    const vector gt_mean = m->gt_mean, est_mean = m->est_mean;
+    const vector gt_mean = m->gt_mean = over((vector){x, y, z}, sum);
+    const vector est_mean = m->est_mean = over((vector){u, v, w}, sum);
     double spread = 0, ux = 0, uy = 0, uz = 0, vx = 0, vy = 0, vz = 0, wx = 0, wy = 0, wz = 0;
 #pragma omp simd reduction(+ : spread, ux, uy, uz, vx, vy, vz, wx, wy, wz)
     for (size_t i = 0; i < n; i++) {
@@ -154,8 +147,7 @@ static void cross_covariance(const double *restrict gt, const double *restrict e
 moments weighted_moments(const cameras *c, const double *weights)
 {
     moments m;
-    weighted_means(c->gt, c->est, c->stride, c->n, weights, &m);
-    cross_covariance(c->gt, c->est, c->stride, c->n, weights, &m);
+    measure_moments(c->gt, c->est, c->stride, c->n, weights, &m);
     return m;
 }
 
