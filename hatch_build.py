@@ -78,7 +78,7 @@ def compile_kernel(folder: Path, library: Path) -> None:
 
 
 def install(library: Path, folder: Path) -> None:
-    """Put the library there in one step, and remove those of other sources."""
+    """Put the library there in one step, and remove libraries of other sources."""
     unfinished = folder / f"kernel.so.{os.getpid()}"
     shutil.copy(library, unfinished)
     unfinished.replace(folder / library.name)

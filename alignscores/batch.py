@@ -1,4 +1,4 @@
-"""Scores of many scenes in one call: those of `tas`, `ras` and `pas`, bit for bit."""
+"""Scores of many scenes in one call, the same as `tas`, `ras` and `pas`, bit for bit."""
 
 import contextlib
 import warnings

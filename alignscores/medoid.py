@@ -123,7 +123,7 @@ def _medoid_by_tree(points: Floats) -> int:
     """Find the medoid where few agree, from the near pairs alone."""
     n = len(points)
     quaternions = scipy.spatial.transform.Rotation.from_matrix(points.reshape(-1, 3, 3)).as_quat()
-    # The chordal distance is sqrt(8) sin(angle / 2); that of quaternions v = 2 sin(angle / 4).
+    # The chordal distance is sqrt(8) sin(angle / 2), of quaternions v = 2 sin(angle / 4).
     both_signs = scipy.spatial.KDTree(np.vstack([quaternions, -quaternions]))
     reach = sqrt(2 - 2 * sqrt(1 - TLUD_THRESHOLD**2 / 8))
     agreement = np.zeros(n)  # n thresholds less each sum of distances

@@ -174,7 +174,7 @@ def align_rotations(
 
 
 def _aligned(rotations: Floats, alignment: str, up: str) -> Floats:
-    """Return the rotation between two frames, given those of the cameras (G, n, 3, 3)."""
+    """Return the rotation between two frames from the rotations of the cameras (G, n, 3, 3)."""
     if alignment == "none":
         return np.tile(np.eye(3), (len(rotations), 1, 1))
     if alignment == "yaw":

@@ -76,7 +76,7 @@ class Similarity:
     ) -> "Similarity":
         """Return the least-squares alignment: the weighted sum of squared errors is smallest.
 
-        The errors are those of `position_errors`, in ground-truth units. Not robust: one outlier
+        The errors are `position_errors`, in ground-truth units. Not robust: one outlier
         moves it anywhere.
 
         Parameters

@@ -50,7 +50,7 @@ def write_files(files: Mapping[Path, bytes]) -> None:
 def check_target(path: Path) -> int | None:
     """Return the mode of the file that would be replaced, None where there is none, or a link.
 
-    An `OSError` tells of a folder, a pipe, a device or a name that is too long.
+    Raise an `OSError` for a folder, a pipe, a device or a name that is too long.
     """
     try:
         mode = path.lstat().st_mode

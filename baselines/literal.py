@@ -45,7 +45,7 @@ def literal_frames(
     rng : Generator
         Draws them.
     **_ : object
-        What else a registration is told; not used.
+        Further arguments of a registration; not used.
 
     Returns
     -------

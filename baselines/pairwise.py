@@ -16,7 +16,7 @@ from alignscores.protocols.cameras import Cameras
 __all__ = ["Count", "maa", "maa_by_counts"]
 
 
-FINEST_STEP_DEG = 1e-3  # a cosine tells angles apart down to about 1e-6 degrees
+FINEST_STEP_DEG = 1e-3  # a cosine resolves angles down to about 1e-6 degrees
 
 
 def maa(

@@ -149,7 +149,7 @@ EXECUTION = tuple(key.name for key in fields(Execution))
 SETTINGS = tuple(
     key.name for key in fields(Sweep) if key.name not in ("name", "changes", "selections")
 )
-"""The keys that can be set: those of `Execution`, and those of `Sweep`."""
+"""The keys that can be set, of `Execution` and of `Sweep`."""
 
 
 def experiment_names() -> list[str]:

@@ -19,7 +19,7 @@ class Cell:
     sigma_r_deg: float
 
     def matches(self, where: Mapping[str, Sequence[float]]) -> bool:
-        """Tell whether each setting named has one of the values given for it."""
+        """Return whether each setting named has one of its values."""
         return all(getattr(self, key) in values for key, values in where.items())
 
 

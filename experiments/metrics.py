@@ -95,7 +95,7 @@ class UnitOptions(Options):
 
 
 class AlignmentOptions(UnitOptions):
-    """How the estimate is registered; `seed` is of the registration, beside that of the trial."""
+    """How the estimate is registered; `seed` is the registration's, added to the trial's."""
 
     registration: RegistrationName = "pcr99"
     seed: Seed | None = None
@@ -132,7 +132,7 @@ class RASOptions(Options):
 
 
 class PASOptions(Options):
-    """Weight of the TAS in the PAS; the others are by default those of the TAS."""
+    """Weight of the TAS in the PAS; the others default to the TAS's."""
 
     weight: Annotated[float, Field(ge=0, le=1)] = 0.5
     registration: RegistrationName | None = None

@@ -49,7 +49,7 @@ def _run(config: DictConfig) -> Path:
 
 
 if __name__ == "__main__":
-    os.environ["HYDRA_FULL_ERROR"] = "1"  # raise errors, of which one line is printed
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # raise errors, so that one line of them is printed
     try:
         with hydra_errors(" ".join(sys.argv[1:])):
             main()

@@ -79,7 +79,7 @@ def one_blas_thread() -> AbstractContextManager[object]:
 def run_cell(sweep: Sweep, cell: Cell, metrics: Sequence[str]) -> list[dict[str, Any]]:
     """Run all trials of a cell, on one BLAS thread: more could change the last bits.
 
-    The limit stays: a worker may run other cells beside this one, which must not get theirs back.
+    The limit stays: a worker may run other cells at the same time, and these need it, too.
     """
     one_blas_thread()
     batches = (range(sweep.trials)[i : i + BATCH] for i in range(0, sweep.trials, BATCH))

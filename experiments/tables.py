@@ -97,7 +97,7 @@ def to_csv(table: pd.DataFrame) -> bytes:
 
 
 def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> None:
-    """Write a table of trials as CSV, and its record beside it as JSON."""
+    """Write a table of trials as CSV, and its record next to it as JSON."""
     content = to_csv(table)
     settings = SWEEPS.dump_python(tuple(sweeps), mode="json")
     record = {"sweeps": settings, "sha256": sha256(content).hexdigest(), **_origin()}
@@ -106,7 +106,7 @@ def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> No
 
 
 def read_table(path: Path, columns: Sequence[str] = (), **options: Any) -> pd.DataFrame:
-    """Read a table that has some columns; `options` are those of `pandas.read_csv`."""
+    """Read a table that has some columns; `options` go to `pandas.read_csv`."""
     try:
         table: pd.DataFrame = pd.read_csv(path, **options)
     except FileNotFoundError:

@@ -1,1 +1,1 @@
-"""How figures look and are written, and those of the paper; a study has its own in its folder."""
+"""How figures look and are written, and the paper's figures; a study has its own in its folder."""

@@ -132,6 +132,6 @@ def note(
 
 
 def key(figure: Figure, handles: Mapping[str, Artist], **options: Any) -> Legend:
-    """Draw a key in one row, of what lines and marks stand for, by its words."""
+    """Draw a key in one row: lines and marks with their meaning."""
     chosen = {"ncols": len(handles), "fontsize": SMALL, **options}
     return figure.legend(list(handles.values()), list(handles), **chosen)

@@ -39,7 +39,7 @@ def _work(options: Namespace) -> list[Path]:
     try:
         answers = answer(trials, options.n_jobs)
     except KeyError as error:
-        problem = f"these tables, which lack {error}, are not those of {options.name}"
+        problem = f"these tables, which lack {error}, are not from {options.name}"
         raise CommandError(f"{problem}; run: snakemake {options.name}") from None
     return write_answers(options.name, answers, options.output)
 

@@ -26,7 +26,7 @@ Table = Iterator[tuple[str, list[list["Case"]]]]  # name of a row, cases of each
 
 
 def _gross(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
-    """Return normal deviations, of which a tenth is ten times as large."""
+    """Return normal deviations; a tenth of them is ten times as large."""
     return rng.normal(size=shape) * np.where(rng.random(shape) < 0.1, 10, 1)
 
 
@@ -122,14 +122,14 @@ def _false_alarms() -> Table:
 
 
 def _power() -> Table:
-    """Two systems, of which one is better."""
+    """Two systems; one is better."""
     for better, sequences, scatter in product((1.0, 2.0), (1, 6), ("normal", "10 % gross")):
         cases = [[Case(2, sequences, runs, scatter, better=better)] for runs in RUNS]
         yield f"{better:.0f} sd, {scatter}, sequences: {sequences}", cases
 
 
 def _unequal_scatter() -> Table:
-    """Two systems with the same median, of which one scatters more."""
+    """Two systems with the same median; one scatters more."""
     for wider, sequences in product((3.0, 10.0), (1, 5)):
         cases = [
             [Case(2, sequences, runs, wider=wider)] for runs in ((3, 3), (5, 5), (10, 10), (3, 10))

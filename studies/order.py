@@ -66,7 +66,7 @@ def sign(metric: str) -> int:
 
 
 def varies(trials: pd.DataFrame, setting: str) -> bool:
-    """Tell whether there are levels of a setting that could be put in order."""
+    """Return whether a setting has levels that could be put in order."""
     return trials[setting].nunique() > 1
 
 
@@ -110,7 +110,7 @@ def shares(values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]]) -> lis
 
 
 def in_order(better: Floats, worse: Floats) -> Floats:
-    """Tell of each pair of trials whether it is in the right order, (n, m); a tie is a half."""
+    """Return whether each pair of trials is in the right order, (n, m); a tie is a half."""
     return beats(worse, better[:, None])  # larger is worse
 
 

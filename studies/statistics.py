@@ -58,7 +58,7 @@ def range_change_size(trials: pd.DataFrame, metric: str, before: Where, after: W
 
 
 def relative_range(trials: pd.DataFrame, metric: str, versus: str) -> float:
-    """How much wider the range of a metric is than that of another, in per cent."""
+    """How much wider the range of a metric is than another's, in per cent."""
     return _percentage(_range(trials[metric]), _range(trials[versus])) - 100
 
 
@@ -90,7 +90,7 @@ def dependence(
 ) -> float:
     """How far the mean of a metric moves over a level, in per cent of the range of all means.
 
-    The movements are those in the cells that `at` names; the range is that of all means.
+    The movements are in the cells that `at` names; the range covers all means.
     """
     means = cell_means(trials)
     moves = [_range(group[metric]) for _, group in _groups(select(means, at or {}), level)]
@@ -105,7 +105,7 @@ def relative_dependence(
     take: str,
     at: Where | None = None,
 ) -> float:
-    """Dependence of a metric in per cent of that of another."""
+    """Dependence of a metric in per cent of another's."""
     return _percentage(*(dependence(trials, name, level, take, at) for name in (metric, versus)))
 
 
@@ -164,7 +164,7 @@ def initial_response(trials: pd.DataFrame, metric: str, level: Sequence[str], ta
 def relative_initial_response(
     trials: pd.DataFrame, metric: str, versus: str, level: Sequence[str], take: str
 ) -> float:
-    """Return the initial response of a metric in per cent of that of another."""
+    """Return the initial response of a metric in per cent of another's."""
     return _percentage(*(initial_response(trials, name, level, take) for name in (metric, versus)))
 
 
@@ -188,7 +188,7 @@ class Statistic:
     function: Callable[..., float]
     text: str  # with the names of keys in braces
     is_percentage: bool = True  # a correlation otherwise
-    has_ranges: bool = False  # which could also be those of mean curves
+    has_ranges: bool = False  # which could also be ranges of mean curves
     least_levels: int = 2  # of each level
 
     @cached_property

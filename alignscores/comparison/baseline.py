@@ -101,7 +101,7 @@ def read_baseline(file: str, settings: Settings) -> list[Result]:
 
 
 def _saved_run(result: Mapping[str, Any]) -> Result:
-    """Return a saved run; null stands for an infinite error."""
+    """Return a saved run; null means an infinite error."""
     texts = [result[name] for name in ("sequence", "system", "run")]
     texts += [result[name] or "" for name in ("file", "error")]
     if not all(isinstance(text, str) for text in texts):

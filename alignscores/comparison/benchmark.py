@@ -18,7 +18,7 @@ __all__ = ["Benchmark", "Estimates", "Run", "from_files", "from_patterns"]
 __all__ += ["read_yaml"]
 
 FIELDS = ("sequence", "system", "run")
-# Keys of a YAML file, and those of an entry of `sequences` and of `systems`.
+# Keys of a YAML file, of an entry of `sequences`, and of an entry of `systems`.
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
 OF_SEQUENCE = ("name", "format", "t_offset", "frames", "unit")
 OF_SYSTEM = ("name", "est_format", "runs", "invert")
@@ -88,7 +88,7 @@ def from_patterns(
 ) -> Benchmark:
     """Find the files of a benchmark by the patterns of its references and estimates.
 
-    Without a `format` it is that of the first reference, whose `columns` may be named. `expected`
+    Without a `format` the first reference has it, whose `columns` may be named. `expected`
     is the number of runs that a system should have on each sequence, under "" for systems that are
     not named; by default as many as it has on the sequence where it has the most. On a sequence
     without any it was not tried, unless `expect_all`. `systems` and `sequences` are names that

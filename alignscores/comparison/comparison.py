@@ -144,7 +144,7 @@ class Comparison:
         -------
         pandas.DataFrame
             One row a system and sequence, and one over all with the sequence None; the columns
-            are those of ``--csv``.
+            as in ``--csv``.
 
         Raises
         ------
@@ -206,7 +206,7 @@ def compare(
         a mapping from each system to its file or files.
     settings : Settings, optional
         How they are scored; by default `Settings()`. ``frames`` may have ``{sequence}``. Without a
-        ``format`` it is that of the first reference.
+        ``format`` the first reference decides.
     expect_all : bool
         Whether each system was to be run on each sequence, so that it failed where it has no run;
         by default it was not tried there, unless the YAML file says how many ``runs`` there are.
@@ -264,7 +264,7 @@ def find_benchmark(
     if settings.format is None and settings.est_format is None:
         for run in benchmark.runs:
             options = benchmark.system_options.setdefault(run.system, {})
-            with suppress(*FAILURES):  # which scoring tells
+            with suppress(*FAILURES):  # which scoring reports
                 if run.file and "est_format" not in options:
                     est_columns = settings.est_columns or settings.columns
                     options["est_format"] = recognise(run.file, est_columns)
@@ -288,7 +288,7 @@ def compare_runs(
     problems = list(benchmark.problems)
     notes: list[tuple[str, str]] = []
     tasks: dict[Run, Task] = {}
-    forget_references()  # so that their notes are told again
+    forget_references()  # so that their notes are shown again
     for sequence in benchmark.references:
         try:
             found, new = _tasks(benchmark, sequence, settings, cache)
@@ -307,7 +307,7 @@ def compare_runs(
 
 
 def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:
-    """Return the settings of a run: those of all, of its sequence and of its system."""
+    """Return the settings of a run, with the changes of its sequence and its system."""
     changes = {
         **benchmark.sequence_options.get(run.sequence, {}),
         **benchmark.system_options.get(run.system, {}),
@@ -324,7 +324,7 @@ def _tasks(
     """Return what is to be done on a sequence, and the notes on its reference."""
     file = benchmark.references[sequence]
     tasks: dict[Run, Task] = {}
-    checked: set[str | None] = {None}  # the first run of a system tells what is mixed up in all
+    checked: set[str | None] = {None}  # the first run of a system shows what is mixed up in all
     for run in benchmark.runs:
         if run.sequence == sequence:
             of_run = settings_of_run(benchmark, run, settings)

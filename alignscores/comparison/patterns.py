@@ -15,8 +15,8 @@ MAX_STARS = 4  # between two slashes; the time of a search grows with their powe
 class Pattern:
     """A pattern of paths, and the names that its fields may have.
 
-    A field stands for one or more characters other than a slash, the same ones wherever it is
-    repeated; a ``*`` stands for any characters other than a slash.
+    A field matches one or more characters other than a slash, the same ones wherever it is
+    repeated; a ``*`` matches any characters other than a slash.
     """
 
     text: str

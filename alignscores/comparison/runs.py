@@ -95,7 +95,7 @@ def _scored(task: Task) -> Outcome:
     settings = task.settings
     try:
         check_file(task.estimate)
-        with collected_warnings():  # the comparison tells them, once for each sequence
+        with collected_warnings():  # the comparison shows them, once for each sequence
             reference = reference_of(task.reference, settings)
         return _outcome(score(reference, task.estimate, settings, name="", check=task.check))
     except FAILURES as error:

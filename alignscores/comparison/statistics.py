@@ -1,6 +1,6 @@
 """How often a run of one system beats a run of another, and whether that may be chance.
 
-Values are such that larger is better; that of a failed run is -inf. `Runs` holds the values of two
+Larger values are better; a failed run has -inf. `Runs` holds the values of two
 systems on each sequence that both were tried on.
 """
 
@@ -163,7 +163,7 @@ def _difference(a: float, b: float) -> float:
 def _signed_ranks(differences: Sequence[float]) -> Test:
     """Return Wilcoxon's test of differences, exact also with ties; those that are 0 are left out.
 
-    SciPy's takes 0.1 s for ten differences with ties, such as those of failed runs.
+    SciPy's takes 0.1 s for ten differences with ties, such as between failed runs.
     """
     nonzero = np.array([value for value in differences if value])
     ranks = np.rint(2 * scipy.stats.rankdata(np.abs(nonzero))).astype(int)  # whole also with ties
@@ -176,7 +176,7 @@ def _signed_ranks(differences: Sequence[float]) -> Test:
 
 
 def holm(p_values: ArrayLike) -> Floats:
-    """Adjust p-values, of any shape, by Holm's method; NaN stands for a test that was not made.
+    """Adjust p-values, of any shape, by Holm's method; NaN marks a test that was not made.
 
     Where those up to a level are called significant, the probability that any is so by chance is
     at most this level (Holm, Scand. J. Statistics 1979).
@@ -222,7 +222,7 @@ def runs_needed(runs: Runs, level: float = LEVEL, draws: int = 200) -> int | Non
     """Return how many runs of each make the difference significant in four of five cases.
 
     Runs are drawn from those that there are, and tested by the normal approximation of
-    `rank_test`. None stands for more than `N_MAX`.
+    `rank_test`. None means more than `N_MAX`.
     """
 
     def enough(n: int) -> bool:

@@ -134,7 +134,7 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """How often runs of a system beat those of another by a metric, and how that was tested.
+    """How often runs of a system beat another system's by a metric, and how that was tested.
 
     It is for a sequence, or over all (None); the p-values are Holm's.
     """
@@ -146,7 +146,7 @@ class Pair:
     difference: Interval
     method: str
     test: Test
-    like_these: Test | None  # for other sequences like these, of which there are enough
+    like_these: Test | None  # for sequences like these, if there are enough of these
     p: float = math.nan  # not tested
     p_like_these: float = math.nan
     a: str = ""
@@ -246,7 +246,7 @@ def summarise(
 ) -> Summary:
     """Summarise scored, failed and missing runs; a system without any was not tried there.
 
-    `names` are those of systems and sequences that are shown by others.
+    `names` are shown for systems and sequences that have other names than their files.
     """
     measured = [*COLUMNS, *metrics]
     sequences = list(dict.fromkeys(run.sequence for run, _ in runs))
@@ -337,7 +337,7 @@ def compared(first: Results, second: Results, name: str, paired: bool = False) -
     """Compare two systems by a metric on the sequences that both were tried on.
 
     Sequences with several runs of each are the better evidence: where there are any, others are
-    left out. None stands for no shared sequence.
+    left out. None means no shared sequence.
     """
     shared = [(first[sequence], second[sequence]) for sequence in first if sequence in second]
     if paired:
@@ -378,7 +378,7 @@ def _values(own: Sequence[Result], name: str) -> Floats:
 
 
 def _in_order(own: Sequence[Result], name: str) -> Floats:
-    """Return values of which the larger is better; a failed run loses to every other."""
+    """Return values, larger ones better; a failed run loses to every other."""
     given = [result for result in own if not math.isnan(result.outcome.scores[name])]
     return np.array(
         [-math.inf if r.failed else _sign(name) * r.outcome.scores[name] for r in given]

@@ -35,7 +35,7 @@ class Table(NamedTuple):
 
 
 def tables(summary: Summary, by: str) -> list[Table]:
-    """Return the table of the systems over all, and that of one metric by sequence."""
+    """Return the table of the systems over all, and the table of one metric by sequence."""
     return [_overall(summary, by), _by_sequence(summary, by)]
 
 
@@ -103,7 +103,7 @@ def _rank(entry: Entry, by: str) -> Cell:
 def _value(entry: Entry, name: str, ranked: bool) -> Cell:
     """Return a mean, with its rank on a sequence and the number of failed runs.
 
-    An error of which some run has none is the mean of the others.
+    An error that some runs lack is the mean of the others.
     """
     rank = entry.ranks[name] if ranked else None
     larger = metric(name).family.larger_is_better

@@ -94,7 +94,7 @@ def _not_tested(
 
 
 def _how_many(pair: Pair, n_tested: int, names: Mapping[str, str]) -> str:
-    """Return how many runs show a difference like that of two systems."""
+    """Return how many runs show a difference like the one between two systems."""
     n = min(len(own) for both in pair.runs for own in both)
     needed = runs_needed(pair.runs, LEVEL / max(n_tested, 1)) or f"more than {N_MAX}"
     return (

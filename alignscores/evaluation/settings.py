@@ -400,12 +400,12 @@ class Settings:
 
     @property
     def ref_options(self) -> dict[str, str | None]:
-        """What the reader of the reference is told."""
+        """The options of the reference's reader."""
         return self.form.options(self.ref_topic, self.ref_columns or self.columns)
 
     @property
     def est_options(self) -> dict[str, str | None]:
-        """What the reader of an estimate is told."""
+        """The options of an estimate's reader."""
         return self.est_form.options(self.est_topic, self.est_columns or self.columns)
 
     @property

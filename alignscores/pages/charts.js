@@ -165,7 +165,7 @@ const AlignmentCharts = (() => {
   }
 
   // Curves over places on a logarithmic axis, { values, colour, dash, … }, with a rule at the place that
-  // is set, if it is one of these, and a cursor; other options are those of the frame.
+  // is set, if it is one of these, and a cursor; other options go to the frame.
   function curves(host, { places, unit, lines, at, word = "here", describe, name, ...options }) {
     const [low, high] = [places[0], places.at(-1)];
     const chart = frame(host, { ...options, x: { domain: [low, high], log: true, label: `largest threshold, ${unit}` } });

@@ -45,7 +45,7 @@
   const hasRotations = withErrors("rotation").length > 0;
   const rows = Array.from(new Set(estimates.flatMap((one) => [...one.rows]))).sort((a, b) => a - b);
 
-  // State; the keys are those of the address.
+  // State, with the keys of the address.
   const saved = setting({
     threshold: [run.threshold, positive],
     degrees: [run.degrees, positive],

@@ -87,7 +87,7 @@ def pair_auc(
 
 
 def pair_pose_errors(gt_poses: ArrayLike, est_poses: ArrayLike) -> Floats:
-    """Return the pose error of image pairs: the larger of those of rotation and direction.
+    """Return the pose error of image pairs: the larger of the rotation's and the direction's.
 
     Parameters
     ----------

@@ -169,7 +169,7 @@ def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairB
     """Yield the pairs of estimated cameras; in reversed order for "vggt", seen from the second."""
     check_choice(convention, get_args(Convention), "convention")
     if convention == "da3" and not cameras.estimated[0]:
-        return iter(())  # its frame is that of camera 0
+        return iter(())  # camera 0 is its frame
     cameras = cameras.matched()
     if len(cameras) < 2:
         return iter(())

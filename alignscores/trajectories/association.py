@@ -469,7 +469,7 @@ def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, timing: Timing) -
 
 
 def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
-    """Return the end of a message: why stamps have nothing in common, if it can be told."""
+    """Return the end of a message: why stamps have nothing in common, if it is known."""
     if hint := unit_hint(ref_stamps, est_stamps):
         return hint
     stamps = {"reference": ref_stamps, "estimate": est_stamps}

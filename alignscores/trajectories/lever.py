@@ -37,7 +37,7 @@ def find_lever_arm(gt_positions: Floats, est_poses: Floats) -> LeverArm:
     """Return the lever arm l with which estimated poses fit positions (n, 3), in order of time.
 
     p + R l = s Q g + t is linear in l, and is solved for it together with small changes of the
-    similarity, on the inliers. The standard error is that of a jackknife over stretches of time,
+    similarity, on the inliers. The standard error comes from a jackknife over stretches of time,
     since errors of neighbouring poses are alike. ValueError where it is larger than the errors.
     """
     finite = finite_rows(est_poses)

@@ -30,9 +30,9 @@ def recognise_pair(
 
 
 def recognise(path: FilePath, columns: str | None = None) -> str:
-    """Return the format of a file or a folder; the error says why none can be told.
+    """Return the format of a file or a folder; the error says why none is recognised.
 
-    `columns` are those of a text table, where they are named.
+    `columns` names the columns of a text table.
     """
     if path == STDIN:
         raise FileError(path, f"the format of stdin is unknown; {NAME_IT}")

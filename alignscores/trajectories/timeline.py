@@ -41,7 +41,7 @@ def reference_at(
     """Return the reference at times, (m, 4, 4), and where it is known.
 
     It is interpolated between poses at most `gap` apart. Elsewhere the nearest pose within
-    `t_max_diff` stands for it.
+    `t_max_diff` takes its place.
     """
     stamps, poses = reference
     nearest, distance = nearest_stamps(stamps, times)

@@ -80,7 +80,7 @@ STUDY = Study(
     title="Beyond the paper",
     text="A metric orders noise (outliers) where, at every number of outliers (at every noise "
     "level), it puts two of three pairs of trials at neighbouring levels in the right order. The "
-    "mean is that of the trials without outliers: it shows what the number of laps and the frame "
+    "mean is over the trials without outliers: it shows what the number of laps and the frame "
     "rate do to a score. Another seed may take values near two of three to the other side.",
     alt="Two matrices, noise and outliers: a row for each scenario, a column for each metric. Each "
     "cell has the smallest share of pairs in the right order, on a blue that is the darker the "

@@ -77,7 +77,7 @@ class Claim:
 
     @property
     def is_difference(self) -> bool:
-        """Whether it is the statistic of `metric` minus that of `versus`."""
+        """Whether its statistic is a difference, of `metric` minus `versus`."""
         return self.versus is not None and "versus" not in self.rule.needs
 
     @property
@@ -199,7 +199,7 @@ class Decision:
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
 class Criterion:
-    """A bound that stands for a word of the paper, and others that could."""
+    """A bound that we chose for a word of the paper, and other possible ones."""
 
     word: str
     bound: float
@@ -274,7 +274,7 @@ def load_claims(replicates: int | str | None = None, path: Path = CLAIMS_FILE) -
     if type(replicates) is not int or replicates < 2:
         raise ConfigError(
             f"setting 'replicates' must be a whole number of at least 2, not {replicates!r}: "
-            "one study tells nothing of the spread"
+            "one study has no spread"
         )
     entries = [(group, entry) for group in file.groups for entry in group.claims]
     expanded = list(chain.from_iterable(starmap(_expand, entries)))

@@ -1,7 +1,7 @@
 """Whether the paper's claims hold, from the replicate studies.
 
 The central 95 % of these are the spread of a single study (`verdict`); the confidence interval of
-their mean tells what is true of the mean of all studies of this size (`population`). The statistic
+their mean shows what is true of the mean of all studies of this size (`population`). The statistic
 of the trials of all replicates together is `pooled`: a range grows with the number of trials.
 """
 
@@ -43,7 +43,7 @@ def evaluate_claim(claim: Claim, trials: pd.DataFrame) -> float:
 
 
 def verdict(claim: Claim, values: Floats) -> str:
-    """Tell whether one study would show what is claimed, from its statistic in each replicate.
+    """Return whether one study would show a claim, from its statistic in each replicate.
 
     A number of the paper, rounded to whole per cents, is "reproduced" where the central 95 % hold
     it, unless they are wider than the number itself: then it is "inconclusive". It is "not
@@ -75,7 +75,7 @@ def _meets(claim: Claim, value: float) -> bool:
 
 
 def populations(claims: Sequence[Claim], values: Sequence[Floats]) -> list[str]:
-    """Tell whether claims are true of the mean over all studies of this size.
+    """Return whether claims are true of the mean over all studies of this size.
 
     "true" where the mean certainly meets the criterion (for a number of the paper: rounds to it),
     "false" where it certainly does not, "open" otherwise: by Student's t-test, adjusted for the
@@ -184,7 +184,7 @@ def statements(claims: pd.DataFrame) -> pd.DataFrame:
 
 
 def _by_other_criteria(claims: Claims, values: Sequence[Floats]) -> pd.DataFrame:
-    """Tell which verdicts are others by other bounds."""
+    """Return which verdicts change with other bounds."""
     taken, both = claims.claims, ["verdict", "population"]
     before = _decided(taken, values)
     rows = []

@@ -121,7 +121,7 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
 
 
 def agreements(tested: pd.DataFrame, answers: "pd.Series[str]") -> "pd.Series[bool]":
-    """Tell by row and property of the paper's table whether answers bear it out: see `NOTES`."""
+    """Return by row and property of the paper's table whether answers agree; see `NOTES`."""
     cells = tested.assign(all=answers == "yes", paper=tested["paper"] == "yes")
     found = cells.groupby(["row", "property"], sort=False)[["all", "paper"]].all()
     return found["all"] == found["paper"]

@@ -149,7 +149,7 @@ def _values(found: Evaluation) -> dict[str, float | None]:
 
 
 def _poses(found: Evaluation) -> tuple[Floats, Floats]:
-    """Return the poses that were estimated, each once, with those of the reference."""
+    """Return the reference's and the estimated poses, each estimated one once."""
     gt, est = found.matches.pose_references, found.estimate.poses[found.matches.pose_rows]
     finite = finite_rows(est)
     return gt[finite], est[finite]

@@ -72,7 +72,7 @@ def test_table1_is_written_as_csv_and_markdown(
     assert main(["paper", *paths, "--output", str(table)]) == 1
     assert line() == "paper writes 2 files, not 1"
     assert main(["paper", *paths[1:], "--output", str(table), str(text)]) == 1
-    lacking = "these tables, which lack 'collinear', are not those of paper"
+    lacking = "these tables, which lack 'collinear', are not from paper"
     assert line() == f"{lacking}; run: snakemake paper"
     Path(paths[0]).unlink()
     assert main(["paper", *paths, "--output", str(table), str(text)]) == 1

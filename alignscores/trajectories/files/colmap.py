@@ -104,7 +104,7 @@ def _registered(model: Any, path: FilePath, names: dict[int, str]) -> Trajectory
 
 
 def _names_in_text(folder: Path) -> dict[int, str]:
-    """Return the names in a text model, of which pycolmap reads no more than up to a blank.
+    """Return the names in a text model; pycolmap reads them up to a blank only.
 
     A malformed line is refused, since pycolmap does not say which it is.
     """
@@ -127,7 +127,7 @@ def _names_in_text(folder: Path) -> dict[int, str]:
 
 
 def is_model(model: object) -> bool:
-    """Tell whether something is a COLMAP model in memory, without pycolmap for what is none."""
+    """Return whether something is a COLMAP model in memory, without importing pycolmap."""
     return type(model).__module__.partition(".")[0] == "pycolmap"
 
 

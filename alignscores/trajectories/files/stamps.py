@@ -35,7 +35,7 @@ def time_unit(stamps: Floats) -> str:
 
 
 def unit_of_word(word: str) -> str | None:
-    """Return the unit of time that a word in the name of a column stands for, if any."""
+    """Return the unit of time that a word in the name of a column means, if any."""
     units = zip(TIME_UNITS, PREFIXES, strict=True)
     return next((u for u, prefix in units if re.fullmatch(f"({prefix})s(ec(ond)?s?)?", word)), None)
 
