@@ -9,7 +9,7 @@ from .aligner import Seed
 from .arrays import Floats
 from .distance import ras_angle, tas_distance
 from .pose import pas
-from .protocols.cameras import Positions
+from .protocols.cameras import estimated_positions
 from .protocols.families import Family, Metric, Missing, find
 from .protocols.registry import PROTOCOLS
 from .rotation import ras
@@ -46,7 +46,7 @@ def _angle(gt: Floats, est: Floats, *, score: float = 0.5) -> float:
 
 
 def _ate(gt: Floats, est: Floats) -> float:
-    return least_squares_rmse(*Positions.check(gt, est).matched())
+    return least_squares_rmse(*estimated_positions(gt, est))
 
 
 SCORES: Sequence[Family] = (

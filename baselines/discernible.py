@@ -8,7 +8,7 @@ from alignscores.arrays import Floats
 from alignscores.similarity import FARTHEST_SQUARABLE
 from alignscores.validation import check_poses, check_positive, check_same_length
 
-from .averages import geometric_medians, median, rotation_l1_means
+from .averages import geometric_medians, rotation_l1_means
 from .rotation import aligned_angles, checked
 
 __all__ = ["dre", "dre_of_stacks", "dte", "dte_of_stacks", "mean_of_mean_and_rms"]
@@ -143,7 +143,7 @@ def _centre(positions: Floats) -> tuple[Floats, Floats]:
     """Return positions relative to their geometric medians and the median distances to these."""
     positions = np.clip(positions, -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE)
     centred = positions - geometric_medians(positions)[:, None]
-    return centred, median(np.linalg.norm(centred, axis=2), axis=1)
+    return centred, np.median(np.linalg.norm(centred, axis=2), axis=1)
 
 
 def mean_of_mean_and_rms(errors: Floats) -> Floats:

@@ -8,7 +8,7 @@ from alignscores.arrays import Floats
 from alignscores.averaging import rotation_angles
 from alignscores.validation import check_rotations, check_same_length
 
-from .averages import median, rotation_l1_means, rotation_l2_means
+from .averages import rotation_l1_means, rotation_l2_means
 
 __all__ = ["aligned_angles", "checked", "rotation_statistics", "statistics_of_stacks"]
 
@@ -59,7 +59,7 @@ def statistics_of_stacks(gt: Floats, est: Floats) -> dict[str, Floats]:
     statistics = {}
     for norm, means in (("1", rotation_l1_means(between)), ("2", rotation_l2_means(between))):
         errors = aligned_angles(gt, est, means)
-        statistics[f"Median-{norm}"] = median(errors, axis=1)
+        statistics[f"Median-{norm}"] = np.median(errors, axis=1)
         statistics[f"Mean-{norm}"] = errors.mean(axis=1)
         statistics[f"RMS-{norm}"] = np.sqrt((errors**2).mean(axis=1))
     return statistics

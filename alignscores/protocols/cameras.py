@@ -10,32 +10,20 @@ from ..arrays import Booleans, Floats
 from ..similarity import FARTHEST_SQUARABLE
 from ..validation import check_poses, check_positions, check_same_length, finite_rows
 
-__all__ = ["Cameras", "NoValueError", "Positions", "check_choice", "moderate"]
+__all__ = ["Cameras", "NoValueError", "check_choice", "estimated_positions", "moderate"]
 
 
 class NoValueError(ValueError):
     """The protocol has no value for this input: its program stops, or writes nothing."""
 
 
-@dataclass(frozen=True, eq=False)
-class Positions:
-    """Camera centres (n, 3) of both frames; rows that were not estimated are not finite."""
-
-    gt: Floats
-    est: Floats
-    estimated: Booleans
-
-    @classmethod
-    def check(cls, gt_positions: ArrayLike, est_positions: ArrayLike) -> "Positions":
-        """Check (n, 3) positions."""
-        gt = check_positions(gt_positions, "gt_positions", complete=True)
-        est = check_positions(est_positions, "est_positions", complete=False)
-        check_same_length(gt, est, "gt_positions", "est_positions")
-        return cls(moderate(gt), moderate(est), finite_rows(est))
-
-    def matched(self) -> tuple[Floats, Floats]:
-        """Return the centres of the cameras with an estimate."""
-        return self.gt[self.estimated], self.est[self.estimated]
+def estimated_positions(gt_positions: ArrayLike, est_positions: ArrayLike) -> tuple[Floats, Floats]:
+    """Return the checked centres (n, 3) of the cameras with an estimate, true and estimated."""
+    gt = check_positions(gt_positions, "gt_positions", complete=True)
+    est = check_positions(est_positions, "est_positions", complete=False)
+    check_same_length(gt, est, "gt_positions", "est_positions")
+    rows = finite_rows(est)
+    return moderate(gt[rows]), moderate(est[rows])
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,6 @@ __all__ = ["colmap_relative_auc", "colmap_relative_recall"]
 
 SHORTEST = 1e-10  # a shorter step is divided by this
 FAILED = 180.0  # degrees
-ERRORS_AT_ONCE = 1 << 15  # 256 KiB, which stay in the cache
 
 
 def colmap_relative_auc(
@@ -110,15 +109,15 @@ def colmap_relative_recall(
 def _relative_errors(
     gt_poses: ArrayLike, est_poses: ArrayLike, accuracy: float
 ) -> tuple[Iterator[Floats], int]:
-    """Return the errors of all ordered pairs, some thousand at a time, and their number."""
+    """Return the errors of all ordered pairs in degrees, in parts, and their number."""
     check_positive(accuracy, "accuracy")
     cameras = Cameras.check(gt_poses, est_poses)
     n = len(cameras)
-    return relative_errors(cameras, accuracy), max(n * (n - 1), 1)
+    return _errors(cameras, accuracy), max(n * (n - 1), 1)
 
 
-def relative_errors(cameras: Cameras, accuracy: float) -> Iterator[Floats]:
-    """Go through the errors of all ordered pairs in degrees; the list is never empty."""
+def _errors(cameras: Cameras, accuracy: float) -> Iterator[Floats]:
+    """Yield the errors of all ordered pairs; there is at least one."""
     for convention in ("vggt", "mapanything"):  # each pair is seen from either camera
         for block in direction_blocks(cameras, convention):
             pairs = block.pairs
@@ -130,8 +129,7 @@ def relative_errors(cameras: Cameras, accuracy: float) -> Iterator[Floats]:
             yield np.maximum(directions, block.rotation_angles()[pairs])
     n, v = len(cameras), int(np.count_nonzero(cameras.estimated))
     failed = n * (n - 1) - v * (v - 1) if n > 1 else 1
-    for start in range(0, failed, ERRORS_AT_ONCE):
-        yield np.full(min(ERRORS_AT_ONCE, failed - start), FAILED)
+    yield np.broadcast_to(FAILED, failed)
 
 
 def interpolated_auc(errors: Iterable[Floats], n: int, end: float, min_error: float) -> float:

@@ -6,7 +6,7 @@ A name is a head, mostly with numbers, and words behind colons in any order: ``a
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, Literal
@@ -83,8 +83,8 @@ class Family:
         if match is None:
             return None
         chosen: dict[str, Any] = {}
+        choices = {**self.required, **self.optional}
         for word in words:
-            choices = {**self.required, **self.optional}
             key = next((key for key, choice in choices.items() if word in choice), None)
             if key is None or key in chosen:
                 return None
@@ -187,18 +187,16 @@ class Metric:
         return self.family.function(*poses, **arguments)
 
 
-def find(name: str, families: Iterable[Family]) -> Metric:
+def find(name: str, families: Sequence[Family]) -> Metric:
     """Find a metric by its name, whatever its case, or by another one; `ValueError` without one."""
     asked = name.strip().lower()
-    examples = {}
     for family in families:
         example = family.example.lower()
-        examples[example] = family.example
-        is_alias = asked in family.aliases
-        arguments = family.arguments(example if is_alias else asked)
+        is_example = asked == example or asked in family.aliases
+        arguments = family.arguments(example if is_example else asked)
         if arguments is not None:
-            canonical = family.example if is_alias or asked == example else asked
-            return Metric(canonical, family, arguments)
+            return Metric(family.example if is_example else asked, family, arguments)
+    examples = {family.example.lower(): family.example for family in families}
     head = re.split("[@:]", asked)[0]
     same = [example for example in examples if re.split("[@:]", example)[0] == head]
     close = get_close_matches(asked, same or examples, n=3, cutoff=0) or examples

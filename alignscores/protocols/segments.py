@@ -6,12 +6,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Floats, Indices
-from ..averaging import rotation_angles
 from ..similarity import Similarity
 from ..validation import check_positive
 from .cameras import Cameras, NoValueError, check_choice
-from .trajectory import Statistic, nearest_after, path_lengths, relative_poses, statistic_of
+from .trajectory import Statistic, motion_errors, nearest_after, path_lengths, statistic_of
 
 __all__ = ["kitti_relative_error", "rpg_relative_error"]
 
@@ -83,7 +81,7 @@ def kitti_relative_error(
     for length in KITTI_LENGTHS:
         ends = np.searchsorted(path, path[starts] + length, side="right")
         within = ends < len(path)
-        distances, angles = _errors(cameras, starts[within], ends[within])
+        distances, angles = motion_errors(cameras, starts[within], ends[within])
         errors.append(100 * distances / length if error == "translation" else angles / length)
     segments = np.concatenate(errors)
     if len(segments) == 0:
@@ -165,7 +163,7 @@ def rpg_relative_error(
     ends = ends[np.abs(path[ends] - (path + length)) < RPG_TOLERANCE * length]
     if len(ends) < 2:
         raise NoValueError(f"fewer than two frames have one {length:g} further along the path")
-    distances, angles = _errors(cameras, starts[: len(ends)], ends)
+    distances, angles = motion_errors(cameras, starts[: len(ends)], ends)
     errors = {
         "translation": distances,
         "percent": 100 * distances / length,
@@ -174,10 +172,3 @@ def rpg_relative_error(
     }
     check_choice(error, errors, "error")
     return statistic_of(errors[error], statistic)
-
-
-def _errors(cameras: Cameras, first: Indices, second: Indices) -> tuple[Floats, Floats]:
-    """Return lengths and angles of P^-1 Q, of the true motion Q and the estimated one P."""
-    true, estimated = relative_poses(cameras, first, second)
-    distances = np.linalg.norm(estimated[1] - true[1], axis=1)
-    return distances, rotation_angles(true[0].transpose(0, 2, 1) @ estimated[0])

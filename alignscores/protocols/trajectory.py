@@ -11,7 +11,7 @@ from ..arrays import Floats, Indices
 from ..averaging import rotation_angles
 from ..similarity import Similarity
 from ..validation import check_positive
-from .cameras import Cameras, NoValueError, Positions, check_choice
+from .cameras import Cameras, NoValueError, check_choice, estimated_positions
 
 __all__ = [
     "STATISTICS",
@@ -22,7 +22,7 @@ __all__ = [
     "evo_ate",
     "evo_rpe",
     "least_squares_aligned",
-    "relative_poses",
+    "motion_errors",
     "statistic_of",
 ]
 
@@ -91,10 +91,9 @@ def evo_ate(
     >>> evo_ate(gt, est, alignment="none"), round(evo_ate(gt, est), 9)
     (3.0, 0.0)
     """
-    positions = Positions.check(gt_positions, est_positions)
-    gt, est = positions.matched()
-    identity = np.broadcast_to(np.eye(3), (len(gt), 3, 3))
-    cameras = Cameras(identity, gt, identity, est, np.ones(len(gt), dtype=bool))
+    gt, est = estimated_positions(gt_positions, est_positions)
+    rotations = np.broadcast_to(np.eye(3), (len(gt), 3, 3))
+    cameras = Cameras(rotations, gt, rotations, est, np.ones(len(gt), dtype=bool))
     aligned = least_squares_aligned(cameras, alignment)
     return statistic_of(np.linalg.norm(aligned.est - aligned.gt, axis=1), statistic)
 
@@ -220,49 +219,45 @@ def evo_rpe(
     check_choice(pairs, get_args(Pairs), "pairs")
     check_positive(frames, "frames", integer=True)
     check_choice(error, ("translation", "rotation", "distance"), "error")
+    consecutive = pairs.startswith("consecutive")
+    find_pairs = consecutive_pairs if consecutive else nearest_pairs
     if seconds is not None:
         check_positive(seconds, "seconds")
         times = np.asarray(stamps, dtype=np.float64)
         if times.shape != checked.estimated.shape:
             raise ValueError("stamps must have a time stamp of each pose, where seconds are given")
-        find = consecutive_pairs if pairs.startswith("consecutive") else nearest_pairs
-        first, second = find(times[checked.estimated], seconds - ROUNDING)
-    elif distance is None:
-        every = frames if pairs.startswith("consecutive") else 1
-        first = np.arange(0, len(cameras) - frames, every)
-        second = first + frames
-    else:
+        first, second = find_pairs(times[checked.estimated], seconds - ROUNDING)
+        spacing = f"{seconds:g} s apart"
+    elif distance is not None:
         check_positive(distance, "distance")
         path = path_lengths(cameras.gt if pairs.endswith("reference") else cameras.est)
-        find = consecutive_pairs if pairs.startswith("consecutive") else nearest_pairs
-        first, second = find(path, distance)
+        first, second = find_pairs(path, distance)
+        spacing = f"{distance:g} apart on the path"
+    else:
+        first = np.arange(0, len(cameras) - frames, frames if consecutive else 1)
+        second = first + frames
+        spacing = f"{frames} frames apart"
     if len(first) == 0:
-        over = f"{frames} frames apart" if distance is None else f"{distance:g} apart on the path"
-        over = over if seconds is None else f"{seconds:g} s apart"
-        raise NoValueError(f"no two poses with an estimate are {over}")
+        raise NoValueError(f"no two poses with an estimate are {spacing}")
     if error == "distance":
         lengths = (np.linalg.norm(c[first] - c[second], axis=1) for c in (cameras.gt, cameras.est))
         return statistic_of(np.abs(np.subtract(*lengths)), statistic)
-    true, estimated = relative_poses(cameras, first, second)
-    if error == "translation":
-        return statistic_of(np.linalg.norm(estimated[1] - true[1], axis=1), statistic)
-    return statistic_of(rotation_angles(true[0].transpose(0, 2, 1) @ estimated[0]), statistic)
+    distances, angles = motion_errors(cameras, first, second)
+    return statistic_of(distances if error == "translation" else angles, statistic)
 
 
-def relative_poses(
-    cameras: Cameras, first: Indices, second: Indices
-) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
-    """Return rotations and translations of the second cameras in the first, true and estimated."""
+def motion_errors(cameras: Cameras, first: Indices, second: Indices) -> tuple[Floats, Floats]:
+    """Return lengths and angles of Q^-1 P, of the true motion Q and the estimated one P."""
 
     def motions(rotations: Floats, positions: Floats) -> tuple[Floats, Floats]:
         inverse = rotations[first].transpose(0, 2, 1)
         steps = (positions[second] - positions[first])[:, :, None]
         return inverse @ rotations[second], (inverse @ steps)[:, :, 0]
 
-    return (
-        motions(cameras.gt_rotations, cameras.gt),
-        motions(cameras.est_rotations, cameras.est),
-    )
+    gt_rotations, gt_steps = motions(cameras.gt_rotations, cameras.gt)
+    est_rotations, est_steps = motions(cameras.est_rotations, cameras.est)
+    distances = np.linalg.norm(est_steps - gt_steps, axis=1)
+    return distances, rotation_angles(gt_rotations.transpose(0, 2, 1) @ est_rotations)
 
 
 def path_lengths(positions: Floats) -> Floats:

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import sys
+from contextlib import redirect_stdout
 from io import BytesIO, TextIOWrapper
 
 import pytest
@@ -22,15 +23,13 @@ def test_names():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="files have no such names")
 @pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
-def test_a_name_that_cannot_be_printed_loses_no_result(
-    run, examples, tmp_path, monkeypatch, encoding
-):
+def test_a_name_that_cannot_be_printed_loses_no_result(run, examples, tmp_path, encoding):
     files = [str(shutil.copy(examples / "tum/estimate.txt", tmp_path / name)) for name in NAMES]
 
     def printed(*arguments):
         stdout = TextIOWrapper(BytesIO(), encoding, errors="strict")
-        monkeypatch.setattr(sys, "stdout", stdout)
-        code, _, err = run("tum", "tum/reference.txt", *files, *arguments)
+        with redirect_stdout(stdout):
+            code, _, err = run("tum", "tum/reference.txt", *files, *arguments)
         stdout.seek(0)
         return code, stdout.read(), err
 
