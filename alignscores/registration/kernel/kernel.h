@@ -102,7 +102,7 @@ void split_positions(double *const position[3], ptrdiff_t low, ptrdiff_t high, p
 /* similarity.c */
 void squared_errors(const cameras *c, const similarity *s, double *squares);
 void fit_triplets(const cameras *c, const triplet *triplets, size_t count, int alignment,
-                  similarity *fits, bool *is_free);
+                  similarity *fits, double *is_free);
 moments weighted_moments(const cameras *c, const double *weights);
 bool fit_moments(const moments *sums, int alignment, similarity *fit);
 

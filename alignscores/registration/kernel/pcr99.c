@@ -74,11 +74,11 @@ static bool is_cheaper(const cloud *c, const similarity *s, size_t rank, double 
 /* Find the cheapest hypothesis below a cost, of those that are marked or of the others. Most are
    rejected in single precision: fewer than `rank` cameras may be within the cost. */
 static void find_cheapest(const cloud *c, const similarity *hypotheses, size_t n_hypotheses,
-                          const bool *marks, bool marked, size_t rank, double *cost,
+                          const double *marks, bool marked, size_t rank, double *cost,
                           const similarity **best)
 {
     for (size_t h = 0; h < n_hypotheses; h++) {
-        if (marks[h] != marked)
+        if ((marks[h] > 0) != marked)
             continue;
         rough some = roughly(&hypotheses[h], *cost, c->farthest);
         if ((some.bound == INFINITY || count_within(c->gt, c->est, c->stride, some) >= rank)
@@ -102,7 +102,7 @@ size_t pcr99(pool *memory, const cameras *c, const options *o, size_t rank, bitg
     size_t n_max = max_prescreened(c->n, o->n_hypotheses), stride = c->n + (-c->n & (PADDING - 1));
     triplet *triplets = allocate(memory, n_max, sizeof *triplets);
     similarity *fits = allocate(memory, n_max, sizeof *fits);
-    bool *is_free = allocate(memory, n_max, sizeof *is_free);
+    double *is_free = allocate(memory, n_max, sizeof *is_free);
     float *gt = allocate(memory, 3 * stride, sizeof *gt);
     float *est = allocate(memory, 3 * stride, sizeof *est);
     double square = 0;

@@ -219,7 +219,7 @@ void begin_search(pool *memory, const cameras *c, const options *o, bitgen *rand
     size_t n_subsets = c->n <= FEWEST ? (size_t)1 << c->n : 0;
     uint32_t *order = allocate(memory, c->n, sizeof *order);
     triplet *triplets = allocate(memory, count, sizeof *triplets);
-    bool *is_free = allocate(memory, count, sizeof *is_free); /* which does not matter here */
+    double *is_free = allocate(memory, count, sizeof *is_free); /* which does not matter here */
     similarity *rows = allocate(memory, count + n_subsets, sizeof *rows);
     if (all_are_tried)
         all_triplets(c, triplets);

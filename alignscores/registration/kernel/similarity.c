@@ -5,7 +5,11 @@
 #define FLAT_SINE 1e-6     /* at the first corner; a flatter triangle has no usable normal */
 #define PARALLEL_SINE 1e-6 /* of directions that have no usable common normal */
 #define LINE_RATIO 1e-9    /* of singular values; the cameras are on a line */
+#define AT_ONCE 64         /* triplets */
 #define JACOBI_SWEEPS 4    /* after which the columns of a 3 x 3 matrix are orthogonal */
+
+/* Loops that call these are vectorised. */
+#define INLINED __attribute__((always_inline)) static inline
 
 static const matrix identity = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
@@ -53,7 +57,7 @@ static inline matrix rotation_between(const axes *a, const axes *b)
 typedef struct {
     vector edge_1, edge_2, centroid;
     axes frame;
-    bool is_flat; /* then there is no normal */
+    int flat; /* then there is no normal */
 } triangle;
 
 EVERY_WIDTH
@@ -74,32 +78,32 @@ void squared_errors(const cameras *c, const similarity *s, double *squares)
     measure_errors(c->gt, c->est, c->stride, c->n, *s, squares);
 }
 
-static triangle measured(const double *points, size_t n, triplet t)
+INLINED triangle measured(const double *points, size_t n, triplet t)
 {
     vector a = point(points, n, t.i), b = point(points, n, t.j), c = point(points, n, t.k);
-    triangle m = {.edge_1 = minus(b, a), .edge_2 = minus(c, a), .centroid = over(plus(plus(a, b), c), 3)};
+    triangle m = {minus(b, a), minus(c, a), over(plus(plus(a, b), c), 3), {{0}}, 0};
     m.frame.first = over(m.edge_1, sqrt(dot(m.edge_1, m.edge_1)));
     m.frame.normal = cross(m.frame.first, m.edge_2);
     double square = dot(m.frame.normal, m.frame.normal);
-    m.is_flat = square <= FLAT_SINE * FLAT_SINE * dot(m.edge_2, m.edge_2);
+    m.flat = square <= FLAT_SINE * FLAT_SINE * dot(m.edge_2, m.edge_2);
     return m;
 }
 
-/* The similarity or rigid motion of two triangles, frame to frame. */
-static similarity between(triangle *a, triangle *b, int alignment)
+/* The similarity or rigid motion of two triangles, frame to frame; the normals are complete. */
+INLINED similarity between(triangle a, triangle b, int alignment)
 {
-    complete_axes(&a->frame);
-    complete_axes(&b->frame);
-    matrix rotation = rotation_between(&a->frame, &b->frame);
+    complete_axes(&a.frame);
+    complete_axes(&b.frame);
+    matrix rotation = rotation_between(&a.frame, &b.frame);
     /* Sum of b . (R a) over sum of a . a, about the centroids. R takes first axis to first axis, so
        three of the four products of edges follow from their lengths along these. */
-    double a_1 = dot(a->edge_1, a->frame.first), a_2 = dot(a->edge_2, a->frame.first);
-    double b_1 = dot(b->edge_1, b->frame.first), b_2 = dot(b->edge_2, b->frame.first);
-    double a_22 = dot(a->edge_2, a->edge_2), b_22 = dot(b->edge_2, rotated(rotation, a->edge_2));
+    double a_1 = dot(a.edge_1, a.frame.first), a_2 = dot(a.edge_2, a.frame.first);
+    double b_1 = dot(b.edge_1, b.frame.first), b_2 = dot(b.edge_2, b.frame.first);
+    double a_22 = dot(a.edge_2, a.edge_2), b_22 = dot(b.edge_2, rotated(rotation, a.edge_2));
     double scale = (2 * (b_1 * a_1 + b_22) - b_1 * a_2 - b_2 * a_1)
                    / (2 * (a_1 * a_1 + a_22 - a_1 * a_2));
     scale = alignment == SIMILARITY ? scale : 1;
-    vector translation = minus(b->centroid, times(scale, rotated(rotation, a->centroid)));
+    vector translation = minus(b.centroid, times(scale, rotated(rotation, a.centroid)));
     return (similarity){scale, rotation, translation};
 }
 
@@ -233,6 +237,40 @@ bool fit_moments(const moments *sums, int alignment, similarity *fit)
     return is_free;
 }
 
+static inline void store(vector v, double (*rows)[AT_ONCE], size_t t)
+{
+    rows[0][t] = v.x;
+    rows[1][t] = v.y;
+    rows[2][t] = v.z;
+}
+
+/* Fit triplets as if no triangle were flat, as rows of numbers; mark those that are. */
+EVERY_WIDTH
+static void fit_triangles(const double *restrict gt, const double *restrict est, size_t n,
+                          const triplet *restrict triplets, size_t count, int alignment,
+                          double (*restrict rows)[AT_ONCE], double *restrict flat)
+{
+#pragma omp simd
+    for (size_t t = 0; t < count; t++) {
+        triangle a = measured(gt, n, triplets[t]), b = measured(est, n, triplets[t]);
+        similarity s = between(a, b, alignment);
+        flat[t] = a.flat | b.flat;
+        rows[0][t] = s.scale;
+        store(s.rotation.x, rows + 1, t);
+        store(s.rotation.y, rows + 4, t);
+        store(s.rotation.z, rows + 7, t);
+        store(s.translation, rows + 10, t);
+    }
+}
+
+/* Fit a triplet whose triangle is flat: the spin about its line is that of the smallest rotation. */
+static similarity fit_flat(const cameras *c, triplet t, int alignment)
+{
+    triangle a = measured(c->gt, c->n, t), b = measured(c->est, c->n, t);
+    a.frame.normal = b.frame.normal = common_normal(a.frame.first, b.frame.first);
+    return between(a, b, alignment);
+}
+
 /* Turn a triplet about the third axis; return whether the turn is free, as both stand upright. */
 static bool fit_turn(const cameras *c, triplet t, similarity *fit)
 {
@@ -247,20 +285,22 @@ static bool fit_turn(const cameras *c, triplet t, similarity *fit)
     return fit_moments(&m, YAW, fit);
 }
 
-/* Fit triplets; mark those with a free spin or turn. Where a triangle is flat, the spin about its line is
-   that of the smallest rotation. */
+/* Fit triplets; mark those with a free spin or turn. */
 void fit_triplets(const cameras *c, const triplet *triplets, size_t count, int alignment,
-                  similarity *fits, bool *is_free)
+                  similarity *fits, double *is_free)
 {
+    double rows[13][AT_ONCE];
     for (size_t t = 0; t < count; t++) {
         if (alignment == YAW) {
             is_free[t] = fit_turn(c, triplets[t], &fits[t]);
             continue;
         }
-        triangle a = measured(c->gt, c->n, triplets[t]), b = measured(c->est, c->n, triplets[t]);
-        is_free[t] = a.is_flat || b.is_flat;
+        if (t % AT_ONCE == 0)
+            fit_triangles(c->gt, c->est, c->n, triplets + t, smaller(AT_ONCE, count - t), alignment,
+                          rows, is_free + t);
+        for (size_t k = 0; k < 13; k++)
+            (&fits[t].scale)[k] = rows[k][t % AT_ONCE];
         if (is_free[t])
-            a.frame.normal = b.frame.normal = common_normal(a.frame.first, b.frame.first);
-        fits[t] = between(&a, &b, alignment);
+            fits[t] = fit_flat(c, triplets[t], alignment);
     }
 }
