@@ -1,31 +1,27 @@
 """Factories of poses for the tests of the baselines."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores.arrays import Floats
 
-
-def _poses(rotations: Rotation | Floats, positions: Floats) -> Floats:
+def _poses(rotations, positions):
     if isinstance(rotations, Rotation):
         rotations = rotations.as_matrix()
     return np.concatenate([rotations, np.asarray(positions, float)[:, :, None]], axis=2)
 
 
 @pytest.fixture(scope="session")
-def poses() -> Callable[..., Floats]:
+def poses():
     """(rotations, positions) -> (n, 3, 4) camera-to-world poses."""
     return _poses
 
 
 @pytest.fixture(scope="session")
-def another_world() -> Callable[..., Floats]:
+def another_world():
     """(poses, seed, scale=, offset=) -> the poses after a random similarity of their world."""
 
-    def transform(poses: Floats, seed: int, *, scale: float = 2.5, offset: float = 10.0) -> Floats:
+    def transform(poses, seed, *, scale=2.5, offset=10.0):
         rng = np.random.default_rng([seed, 1])
         turn = Rotation.random(rng=rng).as_matrix()
         positions = scale * (poses[:, :, 3] @ turn.T + offset * rng.uniform(-1, 1, 3))
@@ -35,15 +31,13 @@ def another_world() -> Callable[..., Floats]:
 
 
 @pytest.fixture(scope="session")
-def scene(another_world: Callable[..., Floats]) -> Callable[..., tuple[Floats, Floats]]:
+def scene(another_world):
     """(n, outliers, sigma_t, sigma_r_deg, seed) -> ground truth in a unit cube and estimate.
 
     The estimate lives in another world; its last cameras are outliers.
     """
 
-    def make(
-        n: int, outliers: int, sigma_t: float, sigma_r_deg: float, seed: int
-    ) -> tuple[Floats, Floats]:
+    def make(n, outliers, sigma_t, sigma_r_deg, seed):
         rng = np.random.default_rng([seed, n, outliers])
         rotations = Rotation.random(n, rng=rng).as_matrix()
         positions = rng.random((n, 3)) - 0.5

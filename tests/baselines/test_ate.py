@@ -1,20 +1,15 @@
 """ATE: against evo where evo answers, against the closed form where it refuses."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from evo.core.metrics import APE, PoseRelation, StatisticsType
 from evo.core.trajectory import PosePath3D
 from scipy.spatial.transform import Rotation
 
-from alignscores.arrays import Floats
 from baselines import ate
 
-Scene = Callable[..., tuple[Floats, Floats]]
 
-
-def evo_ape(gt: Floats, est: Floats) -> float:
+def evo_ape(gt, est):
     """RMSE as ``evo_ape --align --correct_scale`` gives it."""
     still = np.tile([1.0, 0, 0, 0], (len(gt), 1))
     reference = PosePath3D(positions_xyz=gt, orientations_quat_wxyz=still)
@@ -25,7 +20,7 @@ def evo_ape(gt: Floats, est: Floats) -> float:
     return float(metric.get_statistic(StatisticsType.rmse))
 
 
-def closed_form(gt: Floats, est: Floats) -> float:
+def closed_form(gt, est):
     """RMSE from the singular values of the cross covariance: no rotation, any rank.
 
     It cancels where the errors are small, so the estimates here are noisy.
@@ -36,27 +31,27 @@ def closed_form(gt: Floats, est: Floats) -> float:
     return float(np.sqrt(((gt**2).sum() - d.sum() ** 2 / (est**2).sum()) / len(gt)))
 
 
-def rms_spread(points: Floats) -> float:
+def rms_spread(points):
     return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum() / len(points)))
 
 
 @pytest.mark.parametrize("n", [3, 4, 10, 100])
 @pytest.mark.parametrize("outliers", [0, 2])
 @pytest.mark.parametrize("seed", range(5))
-def test_equals_evo(scene: Scene, n: int, outliers: int, seed: int) -> None:
+def test_equals_evo(scene, n, outliers, seed):
     gt, est = (poses[:, :, 3] for poses in scene(n, outliers, 0.05, 0, seed))
     assert ate(gt, est) == pytest.approx(evo_ape(gt, est), rel=1e-9)
     assert ate(gt, est) == pytest.approx(closed_form(gt, est), rel=1e-9)
 
 
-def line(direction: list[float], n: int = 30) -> Floats:
+def line(direction, n=30):
     return np.arange(n)[:, None] * np.array(direction) / np.linalg.norm(direction)
 
 
 @pytest.mark.parametrize("direction", [[1.0, 0, 0], [1.0, 2, 3]])
 @pytest.mark.parametrize("unit", [1e-12, 1.0, 1e9])
 @pytest.mark.parametrize("which", ["gt", "est", "both"])
-def test_collinear_positions(direction: list[float], unit: float, which: str) -> None:
+def test_collinear_positions(direction, unit, which):
     """A line on either side, or both: the spin about it is free, the RMSE is not."""
     rng = np.random.default_rng(1)
     turn = Rotation.random(rng=rng)
@@ -71,14 +66,14 @@ def test_collinear_positions(direction: list[float], unit: float, which: str) ->
 
 @pytest.mark.parametrize("gt_unit", [1e-200, 1e-15, 1e-9, 1.0, 1e12])
 @pytest.mark.parametrize("est_unit", [1e-200, 1e-9, 1.0, 1e200])
-def test_units(scene: Scene, gt_unit: float, est_unit: float) -> None:
+def test_units(scene, gt_unit, est_unit):
     """The error is in units of the ground truth, however small or large they are."""
     gt, est = (poses[:, :, 3] for poses in scene(40, 3, 0.05, 0, 0))
     assert ate(gt_unit * gt, est_unit * est) == pytest.approx(gt_unit * ate(gt, est), rel=1e-9)
 
 
 @pytest.mark.parametrize("geometry", ["cube", "plane", "line", "two cameras"])
-def test_perfect_estimate(geometry: str) -> None:
+def test_perfect_estimate(geometry):
     rng = np.random.default_rng(2)
     gt = rng.random((2 if geometry == "two cameras" else 25, 3))
     if geometry == "plane":
@@ -90,7 +85,7 @@ def test_perfect_estimate(geometry: str) -> None:
     assert ate(gt, gt) < 1e-15
 
 
-def test_mirror_image_is_wrong() -> None:
+def test_mirror_image_is_wrong():
     """No reflection: the mirrored cloud cannot be aligned."""
     gt = np.random.default_rng(3).random((20, 3))
     est = gt * [-1, 1, 1]
@@ -100,7 +95,7 @@ def test_mirror_image_is_wrong() -> None:
 
 
 @pytest.mark.parametrize("point", [[0.0, 0, 0], [0.1, 0.2, 0.3], [1e6, 1 / 3, -7]])
-def test_estimate_that_is_one_point(point: list[float]) -> None:
+def test_estimate_that_is_one_point(point):
     gt = np.random.default_rng(4).random((30, 3))
     assert ate(gt, np.tile(point, (30, 1))) == pytest.approx(rms_spread(gt), rel=1e-12)
     nearly = np.tile(point, (30, 1))
@@ -108,8 +103,8 @@ def test_estimate_that_is_one_point(point: list[float]) -> None:
     assert ate(gt, nearly) <= rms_spread(gt)
 
 
-@pytest.mark.parametrize("value", [1e15, 1e160, 1e308, 1.7e308])
-def test_cameras_absurdly_far_away(value: float) -> None:
+@pytest.mark.parametrize("value", [1e15, 1e160, 1.7e308])
+def test_cameras_absurdly_far_away(value):
     """One takes all of the alignment, two at opposite ends form a line: no overflow."""
     gt, est = np.random.default_rng(7).random((2, 20, 3))
     est[3] = [value, -value, value]

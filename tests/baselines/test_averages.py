@@ -1,27 +1,24 @@
 """Geometric median, geodesic L1 and L2 mean: reference values, optimality, coincidence."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from alignscores.arrays import Floats
 from alignscores.averaging import chordal_mean, geodesic_l1_mean, rotation_angles
 from baselines.averages import geometric_medians, rotation_l1_means, rotation_l2_means
 
 
-def sum_of_distances(points: Floats, centre: Floats) -> float:
+def sum_of_distances(points, centre):
     return float(np.linalg.norm(points - centre, axis=1).sum())
 
 
-def angles_to(rotations: Floats, mean: Floats) -> Floats:
+def angles_to(rotations, mean):
     return rotation_angles(rotations @ mean.T)
 
 
-def test_geometric_median_equals_reference(reference_cases: dict[str, Any]) -> None:
+def test_geometric_median_equals_reference(reference_cases):
     """The jitter of the published code, in one case, is below the tolerance."""
     for case in reference_cases.values():
         for cloud in ("gt", "est"):
@@ -33,7 +30,7 @@ def test_geometric_median_equals_reference(reference_cases: dict[str, Any]) -> N
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 15), copies=st.integers(0, 10))
-def test_geometric_median_minimises(seed: int, n: int, copies: int) -> None:
+def test_geometric_median_minimises(seed, n, copies):
     """No point of the cloud and none nearby is better, also where points coincide."""
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(n, 3))
@@ -44,7 +41,7 @@ def test_geometric_median_minimises(seed: int, n: int, copies: int) -> None:
         assert least <= sum_of_distances(points, other) * (1 + 1e-6)
 
 
-def test_l1_mean_equals_reference(reference_cases: dict[str, Any]) -> None:
+def test_l1_mean_equals_reference(reference_cases):
     """`l1_R`, which takes the estimate to the ground truth, and the residual angles.
 
     Not where the published code added jitter: there the rotations are exact.
@@ -62,18 +59,8 @@ def test_l1_mean_equals_reference(reference_cases: dict[str, Any]) -> None:
     assert compared == len(reference_cases) - 2
 
 
-def test_l1_mean_of_exact_rotations(reference_cases: dict[str, Any]) -> None:
-    """Where the published code jitters we are right instead: the inliers have no error."""
-    for name, inliers in (("case_41", 90), ("case_63", 100)):
-        case = reference_cases[name]
-        mean = rotation_l1_means((case["est_R"] @ case["gt_R"].transpose(0, 2, 1))[None])[0]
-        np.testing.assert_allclose(mean, case["true_R"], rtol=0, atol=1e-12)
-        errors = angles_to(case["est_R"] @ case["gt_R"].transpose(0, 2, 1), mean)
-        assert errors[:inliers].max() < 1e-10
-
-
 @pytest.mark.parametrize(("majority", "outliers"), [(4, 1), (3, 2), (6, 4), (60, 40), (2, 0)])
-def test_l1_mean_rests_on_a_majority(majority: int, outliers: int) -> None:
+def test_l1_mean_rests_on_a_majority(majority, outliers):
     """Passing over the coincident rotations would throw the mean at the outliers."""
     rng = np.random.default_rng(majority)
     rotations = np.tile(np.eye(3), (majority + outliers, 1, 1))
@@ -84,7 +71,7 @@ def test_l1_mean_rests_on_a_majority(majority: int, outliers: int) -> None:
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 15))
-def test_l1_mean_minimises(seed: int, n: int) -> None:
+def test_l1_mean_minimises(seed, n):
     """Of rotations within a ball; 10 steps get within 2 % of the least sum of angles."""
     rng = np.random.default_rng(seed)
     rotations = Rotation.from_rotvec(rng.normal(0, 10, (n, 3)), degrees=True).as_matrix()
@@ -95,7 +82,7 @@ def test_l1_mean_minimises(seed: int, n: int) -> None:
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30), outliers=st.integers(0, 10))
-def test_l2_mean_is_stationary(seed: int, n: int, outliers: int) -> None:
+def test_l2_mean_is_stationary(seed, n, outliers):
     """The log maps add up to nothing."""
     rng = np.random.default_rng(seed)
     rotations = Rotation.from_rotvec(rng.normal(0, 10, (n, 3)), degrees=True).as_matrix()

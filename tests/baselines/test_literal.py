@@ -7,7 +7,7 @@ from alignscores.registration import pcr99
 from baselines import literal_frames
 
 
-def test_triangles_with_a_normal_are_registered_as_by_pcr99() -> None:
+def test_triangles_with_a_normal_are_registered_as_by_pcr99():
     rng = np.random.default_rng(0)
     gt = rng.normal(size=(40, 3))
     est = 3 * gt[:, [1, 2, 0]] + rng.normal(scale=0.1, size=gt.shape)
@@ -21,7 +21,7 @@ def test_triangles_with_a_normal_are_registered_as_by_pcr99() -> None:
     np.testing.assert_allclose(found.translation, same.translation, atol=1e-9)
 
 
-def test_on_a_line_the_matrix_is_no_rotation_as_a_rule() -> None:
+def test_on_a_line_the_matrix_is_no_rotation_as_a_rule():
     rng = np.random.default_rng(0)
     distances = []
     for seed in range(20):

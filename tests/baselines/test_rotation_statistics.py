@@ -1,28 +1,23 @@
 """Median-1 ... RMS-2: reference values, the two alignments, invariances."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from alignscores.arrays import Floats
 from baselines import dre, rotation_statistics
 
-Scene = Callable[..., tuple[Floats, Floats]]
 NAMES = ["Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2"]
 
 
-def turns(*degrees: float) -> Rotation:
+def turns(*degrees: float):
     """Rotations about one tilted axis."""
     axis = np.array([2, -1, 2]) / 3
     return Rotation.from_rotvec(np.outer(degrees, axis), degrees=True)
 
 
-def test_l1_statistics_equal_reference(reference_cases: dict[str, Any]) -> None:
+def test_l1_statistics_equal_reference(reference_cases):
     for name, case in reference_cases.items():
         if case.meta["sigma_r_deg"] == 0:  # arc cosine near 1, jitter
             continue
@@ -33,7 +28,7 @@ def test_l1_statistics_equal_reference(reference_cases: dict[str, Any]) -> None:
         assert statistics["RMS-1"] == pytest.approx(float(case["l1_rms_deg"]), abs=1e-9), name
 
 
-def test_known_values() -> None:
+def test_known_values():
     """About one axis: L1 takes the median angle, L2 the mean angle."""
     gt = Rotation.random(5, rng=np.random.default_rng(0))
     statistics = rotation_statistics(gt, turns(10, 10, 10, 20, 60) * gt)
@@ -51,9 +46,7 @@ def test_known_values() -> None:
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 30), outliers=st.integers(0, 5))
-def test_each_alignment_is_the_better_by_its_norm(
-    scene: Scene, seed: int, n: int, outliers: int
-) -> None:
+def test_each_alignment_is_the_better_by_its_norm(scene, seed, n, outliers):
     gt, est = (p[:, :, :3] for p in scene(n, min(outliers, n // 4), 0, 3, seed))
     statistics = rotation_statistics(gt, est)
     assert statistics["RMS-2"] <= statistics["RMS-1"] * (1 + 1e-12)
@@ -62,7 +55,7 @@ def test_each_alignment_is_the_better_by_its_norm(
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 20))
-def test_invariances(scene: Scene, another_world: Callable[..., Floats], seed: int, n: int) -> None:
+def test_invariances(scene, another_world, seed, n):
     """The world of the estimate and the order of the cameras; L1 up to its 10 steps."""
     gt, est = scene(n, 0, 0, 5, seed)
     moved = another_world(est, seed + 1)
@@ -76,7 +69,7 @@ def test_invariances(scene: Scene, another_world: Callable[..., Floats], seed: i
     assert elsewhere["Mean-1"] == pytest.approx(statistics["Mean-1"], rel=0.02, abs=1e-9)
 
 
-def test_errors_are_seen_by_the_camera() -> None:
+def test_errors_are_seen_by_the_camera():
     """A perturbation from the left is an error, one common rotation of the world is none."""
     rng = np.random.default_rng(2)
     gt = Rotation.random(30, rng=rng)
