@@ -5,7 +5,7 @@ from collections.abc import Callable
 from ctypes import POINTER, c_bool, c_double, c_int, c_size_t, c_void_p
 from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -154,7 +154,9 @@ def align_scenes(
     single scene may go on from the call before.
     """
     n = len(units)
-    generators = [generator(rng) for _ in range(n)]
+    first = generator(rng)
+    again: Any = rng if isinstance(rng, np.random.Generator) else first.bit_generator.seed_seq
+    generators = [first, *(np.random.default_rng(again) for _ in range(n - 1))]
     if options.registration == REGISTRATIONS.index("refined"):
         generators += [np.random.default_rng(SAMPLER) for _ in range(n)]
     random = [_address_of(one.bit_generator.capsule, b"BitGenerator") for one in generators]
