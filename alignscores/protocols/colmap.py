@@ -135,13 +135,11 @@ def _errors(cameras: Cameras, accuracy: float) -> Iterator[Floats]:
 def interpolated_auc(errors: Iterable[Floats], n: int, end: float, min_error: float) -> float:
     """Return the area under linearly interpolated recall up to an end, in percent of the box."""
     if end < min_error:
-        within = sum(int(np.count_nonzero(part <= min_error)) for part in errors)
-        return 100 * within / n
+        return 100 * sum(int(np.count_nonzero(part <= min_error)) for part in errors) / n
     count, total, last = 0, 0.0, min_error
     for part in errors:
-        part = part[part <= end]
-        count += len(part)
-        part = part[part > min_error] if min_error > 0 else part
-        total += float(part.sum())
-        last = max(last, float(part.max(initial=min_error)))
+        within = part[part <= end]
+        count += len(within)
+        total += float(within[within > min_error].sum())
+        last = max(last, float(within.max(initial=min_error)))
     return 100 * (count * end - total + (last - min_error) / 2) / (n * end)

@@ -239,9 +239,9 @@ def _numbers(match: re.Match[str]) -> dict[str, float]:
 def _poses(rotations: ArrayLike, positions: ArrayLike, frame: str, *, complete: bool) -> Floats:
     """Join rotations and positions."""
     names = f"{frame}_rotations", f"{frame}_positions"
-    turned = check_rotations(rotations, names[0], complete=complete)
-    placed = check_positions(positions, names[1], complete=complete)
-    check_same_length(turned, placed, *names)
+    axes = check_rotations(rotations, names[0], complete=complete)
+    centres = check_positions(positions, names[1], complete=complete)
+    check_same_length(axes, centres, *names)
     if np.asarray(rotations).dtype == np.float32:
-        turned = nearest_rotations(turned)
-    return np.concatenate([turned, placed[:, :, None]], axis=2)
+        axes = nearest_rotations(axes)
+    return np.concatenate([axes, centres[:, :, None]], axis=2)

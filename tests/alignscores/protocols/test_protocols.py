@@ -87,7 +87,7 @@ def test_a_missing_camera_never_helps(seed, name):
         assert sign * metric(*without(cameras, row)) <= sign * value + 1e-9
 
 
-def test_kitti_refuses_missing_frames():
+def test_sums_over_all_frames_and_kitti_refuse_missing_frames():
     for family in (f for f in PROTOCOLS if f.missing == "refused"):
         with pytest.raises(NoValueError, match="frame 2 has no estimate"):
             protocol(family.example)(*without(scene(n=60, step=20.0), 2))
@@ -104,10 +104,7 @@ def test_bounds_and_perfect_estimates(name):
     value = metric(*cameras)
     assert value >= 0
     assert type(value) is float
-    if family.larger_is_better:
-        assert value <= best
-    else:
-        assert value > 0
+    assert value <= best if family.larger_is_better else value > 0
     if not family.rotations:
         assert metric(gt, None, est, None) == value
     else:
@@ -225,10 +222,7 @@ def test_unknown_names_are_answered_with_close_ones(name, close):
 @pytest.mark.parametrize("function", [vggt_auc, colmap_relative_auc])
 def test_memory_does_not_grow_with_the_pairs(function):
     gt, gt_rotations, est, est_rotations = scene(n=1500)
-    poses = [
-        np.concatenate([r, p[:, :, None]], axis=2)
-        for r, p in ((gt_rotations, gt), (est_rotations, est))
-    ]
+    poses = np.dstack([gt_rotations, gt]), np.dstack([est_rotations, est])
     tracemalloc.start()
     function(*poses, 5)
     peak = tracemalloc.get_traced_memory()[1]
