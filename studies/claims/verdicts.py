@@ -126,8 +126,8 @@ def decide(
         many `claims` have the bound, how many of their verdicts are others then, `changed` and
         `population_changed`, and `changes`: the former, with what they are.
     """
-    taken, readings = list(claims.claims.values()), list(claims.read())
-    wanted = [(claim, claims.replicates) for claim in taken]
+    originals, readings = list(claims.claims.values()), list(claims.read())
+    wanted = [(claim, claims.replicates) for claim in originals]
     for _, reading, changed in readings:
         wanted += [(claim, claims.n_studies(reading)) for claim in changed.values()]
     tasks = [
@@ -140,21 +140,21 @@ def decide(
         for own, value in zip(deciding, found, strict=True):
             own.append(value)
     arrays = iter(map(np.array, values))
-    of_taken = [next(arrays) for _ in taken]
+    original_values = [next(arrays) for _ in originals]
 
-    table = _decided(claims.claims, of_taken)
+    table = _decided(claims.claims, original_values)
     keys = ("id", "source", "figure", "sentence", "statement", "unit")
     texts = [
         {key: getattr(claim, key) for key in keys}
         | {"statistic": claim.describe(), "implied_by": " ".join(claim.implied_by) or None}
-        for claim in taken
+        for claim in originals
     ]
     pooled = {key: pd.concat(r[key] for r in replicates) for key in replicates[-1]}
-    table["pooled"] = _evaluate(taken, pooled)
+    table["pooled"] = _evaluate(originals, pooled)
     return (
         pd.concat([pd.DataFrame(texts, index=table.index), table], axis=1).reset_index(drop=True),
         _read(readings, arrays),
-        _by_other_criteria(claims, of_taken),
+        _by_other_criteria(claims, original_values),
     )
 
 
@@ -185,13 +185,13 @@ def statements(claims: pd.DataFrame) -> pd.DataFrame:
 
 def _by_other_criteria(claims: Claims, values: Sequence[Floats]) -> pd.DataFrame:
     """Return which verdicts change with other bounds."""
-    taken, both = claims.claims, ["verdict", "population"]
-    before = _decided(taken, values)
+    originals, both = claims.claims, ["verdict", "population"]
+    before = _decided(originals, values)
     rows = []
     for criterion in claims.criteria:
         for other in criterion.others:
-            changed = {name: criterion.replace(claim, other) for name, claim in taken.items()}
-            names = [name for name, claim in changed.items() if claim != taken[name]]
+            changed = {name: criterion.replace(claim, other) for name, claim in originals.items()}
+            names = [name for name, claim in changed.items() if claim != originals[name]]
             after = _decided(changed, values).loc[names]
             others = after[both] != before.loc[names, both]
             verdicts = after.loc[others["verdict"], "verdict"]

@@ -60,7 +60,7 @@ CAPTION = (
 SCALE_EXPERIMENT = "combined"
 ADDED = ("DRE", "RAS")  # metrics that the paper's experiment on the length does not show
 LENGTHS = ("trajectory_length", "maa_vs_pas_length")
-TOLD_BY = {  # the experiments on outliers, on a line and on the length; none: not tested
+EXPERIMENTS_OF = {  # the experiments on outliers, on a line and on the length; none: not tested
     **dict.fromkeys(("ATE", "mAA", "DTE", "TAS"), ("outliers", "collinear", LENGTHS[0])),
     **dict.fromkeys(ADDED, ("rotations", None, LENGTHS[1])),
     "PAS": ("maa_vs_pas_outliers", "maa_vs_pas_collinear", LENGTHS[1]),
@@ -93,8 +93,8 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
     scale_changes = _scale_changes(experiments[SCALE_EXPERIMENT].sweep)
     rows = []
     for metric, answers in PAPER.items():
-        outliers, line, length = TOLD_BY[metric]
-        told_by = SCALE_EXPERIMENT, outliers, line, length
+        outliers, line, length = EXPERIMENTS_OF[metric]
+        tested_in = SCALE_EXPERIMENT, outliers, line, length
         findings = (
             _scale(scale_changes[metric]),
             _outliers(trials[outliers], metric),
@@ -103,12 +103,12 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
         )
         row: dict[str, object] = {"row": ROWS.get(metric, metric), "metric": metric}
         row["ours"] = "not tested"
-        told = zip(PROPERTIES, CRITERIA, answers, told_by, findings, strict=True)
+        entries = zip(PROPERTIES, CRITERIA, answers, tested_in, findings, strict=True)
         rows += [
             row
             | {"property": name, "criterion": criterion, "paper": _yes(paper)}
             | {"experiment": experiment, **finding}
-            for name, criterion, paper, experiment, finding in told
+            for name, criterion, paper, experiment, finding in entries
         ]
     columns = ["row", "metric", "property", "paper", "ours", "agrees", "statistic", "value"]
     table = pd.DataFrame(rows, columns=[*columns, "criterion", "experiment"])
