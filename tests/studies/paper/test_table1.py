@@ -13,10 +13,10 @@ from experiments.metrics import METRICS
 from experiments.tables import TableError, Trials
 from studies.paper.table1 import (
     ADDED,
+    EXPERIMENTS_OF,
     LENGTHS,
     PAPER,
     PROPERTIES,
-    TOLD_BY,
     compare,
 )
 
@@ -83,7 +83,7 @@ def test_one_number_of_outliers_is_enough_to_fail(
     table = table_of(make_up, blind=lambda metric, cell: cell.n_outliers == n_outliers)
     for metric in PAPER:
         assert table.loc[(metric, OUTLIER), "ours"] == with_outliers
-    for metric in TOLD_BY.keys() - ADDED:
+    for metric in EXPERIMENTS_OF.keys() - ADDED:
         assert table.loc[(metric, LINE), "ours"] == on_a_line
 
 
@@ -92,13 +92,13 @@ def test_dependence_on_the_length_is_a_share_of_what_the_noise_moves(
     make_up: MakeUp, share: float, answer: str
 ) -> None:
     """Either direction counts, and both together: it rises up to 40 cameras and falls again."""
-    names = [name for name in TOLD_BY if name not in ADDED]
+    names = [name for name in EXPERIMENTS_OF if name not in ADDED]
     trials = trials_of(make_up)
     hump = 9 * share / (1 - share)  # the noise moves by 9, and all together by 9 + hump
     for name in LENGTHS:
         table = trials[name].table
         level = table["sigma_t"].rank(method="dense") - 1  # from 0 to 9
-        for metric in (metric for metric in names if TOLD_BY[metric][2] == name):
+        for metric in (metric for metric in names if EXPERIMENTS_OF[metric][2] == name):
             table[metric] = level + hump * (table["n_cameras"] == 40)
     found = compare(trials).set_index(["metric", "property"])
     assert (found.loc[(names, LONG), "ours"] == answer).all()
