@@ -21,7 +21,7 @@ half           smallest threshold at which the TAS, or the RAS, reaches one half
 median         error of the tracked frames, under the same alignment as the scores
 ATE            RMSE of the positions after the least-squares alignment
 tracked        share of the time, or of the images, with a pose
-d              largest threshold of the TAS; the RAS has {degrees:g} degrees"""
+d              largest threshold of the TAS; for the RAS it is {degrees:g} degrees"""
 
 
 def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[str]]:

@@ -257,9 +257,9 @@ class Settings:
     )
     alignment: str = _setting(
         "similarity",
-        "what the alignment of TAS, RAS and ATE removes: similarity, the paper's, rotation, "
-        "translation and scale; rigid keeps the scale; yaw rotates about the vertical axis alone; "
-        "none removes nothing",
+        "what the alignment of TAS, RAS and ATE removes. similarity, as in the paper: rotation, "
+        "translation and scale; rigid: all but the scale; yaw: heading and translation; none: "
+        "nothing",
         choices=ALIGNMENTS,
     )
     up: str = _setting("z", "vertical axis, for --alignment yaw", choices=UP)
