@@ -29,32 +29,9 @@ EARLIEST_DATE = 1e8  # seconds; stamps since 1970 are later, those since a start
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """How poses with time stamps are matched.
+    """How poses with time stamps are matched: the settings of the same names.
 
-    Parameters
-    ----------
-    t_max_diff : float
-        Largest difference in seconds of time stamps that count as the same.
-    sync : {"interpolate", "nearest"}
-        Whether a pose is compared with the reference at its own time, interpolated where the
-        reference has no gap; or always with the nearest reference pose, within ``t_max_diff``.
-    max_gap : float
-        Largest gap in seconds between two poses that cover all the time between them; 0: each
-        frame needs a pose within ``t_max_diff``.
-    rate : float
-        Expected frames a second; the reference's own poses where it is not denser, or if infinite.
-        The reference has a gap where two of its poses are more than two steps of the expected
-        frames apart.
-    frames : (k,) array, optional
-        Time stamps of the expected frames, instead of ``rate``.
-    t_start, t_end : float, optional
-        First and last time that is expected, in seconds of the reference.
-
-    Examples
-    --------
-    >>> from alignscores.trajectories.association import Timing
-    >>> Timing(max_gap=1.0).rate
-    10.0
+    Stamps are in seconds; a rate of inf expects every pose of the reference.
     """
 
     t_max_diff: float = 0.01
@@ -66,25 +43,7 @@ class Timing:
     t_end: float | None = None
 
     def includes(self, stamps: Floats) -> Booleans:
-        """Return which stamps are from the first to the last time that is expected.
-
-        Parameters
-        ----------
-        stamps : (n,) array
-            In seconds.
-
-        Returns
-        -------
-        (n,) ndarray of bool
-            Whether each is.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from alignscores.trajectories.association import Timing
-        >>> Timing(t_start=1.0).includes(np.array([0.5, 1.0]))
-        array([False,  True])
-        """
+        """Return which stamps (n,) are from the first to the last time that is expected."""
         low = -inf if self.t_start is None else self.t_start
         high = inf if self.t_end is None else self.t_end
         return np.asarray((stamps >= low) & (stamps <= high))
@@ -92,56 +51,20 @@ class Timing:
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """Reference and estimated poses, row by row the same frame, ready to be scored.
+    """Reference and estimated poses, row by row the same frame, ready to be scored."""
 
-    Parameters
-    ----------
-    keys : (n,) ndarray
-        Time stamps, image names or row numbers of the reference.
-    gt_poses, est_poses : (n, 4, 4) ndarray
-        Camera-to-world poses; an estimated pose is not finite where there is none.
-    gt_rows, est_rows : (n,) ndarray of int
-        Row of each frame in the reference, and of its pose in the estimate: -1 where it has none.
-    expected_rows : (k,) ndarray of int
-        Rows of the reference that are expected, scored or not.
-    unit : float
-        d of the expected frames, or the given one; NaN where it is undefined.
-    unmatched : int
-        Number of estimated poses without a reference pose; they are left out.
-    duplicate : int
-        Number of estimated poses left out since another one with the same time stamp or name comes
-        first.
-    without_reference : (j,) ndarray
-        Time stamps of ``Timing.frames`` left out since they have no reference pose.
-    pose_rows : (m,) ndarray of int
-        Row of every estimated pose that has a reference, each once.
-    pose_references : (m, 4, 4) ndarray
-        The reference of each of these poses, by time stamps at the pose's own time.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores import Trajectory
-    >>> from alignscores.trajectories.association import match
-    >>> poses = np.tile(np.eye(4), (3, 1, 1))
-    >>> reference = Trajectory(["a", "b", "c"], poses)
-    >>> matches = match(reference, Trajectory(["c", "a"], poses[:2]), missing="fail")
-    >>> matches.est_rows, matches.matched, matches.missing
-    (array([ 1, -1,  0]), 2, 1)
-    """
-
-    keys: NDArray[Any]
+    keys: NDArray[Any]  # time stamps, image names or row numbers of the reference
     gt_poses: Floats
-    est_poses: Floats
+    est_poses: Floats  # not finite where there is none
     gt_rows: Indices
-    est_rows: Indices
-    expected_rows: Indices
-    unit: float
-    unmatched: int
-    duplicate: int
-    without_reference: Floats
-    pose_rows: Indices
-    pose_references: Floats
+    est_rows: Indices  # -1 where there is none
+    expected_rows: Indices  # of the reference, scored or not
+    unit: float  # d of the expected frames, or the given one; NaN where it is undefined
+    unmatched: int  # estimated poses without a reference pose
+    duplicate: int  # estimated poses whose stamp or name another one has first
+    without_reference: Floats  # stamps of `Timing.frames` without a reference pose
+    pose_rows: Indices  # every estimated pose that has a reference, each once
+    pose_references: Floats  # the reference of each, by time stamps at the pose's own time
 
     @property
     def matched(self) -> int:
@@ -177,7 +100,7 @@ def match(
     missing: str = "ignore",
     unit: float | None = None,
 ) -> Matches:
-    """Find the estimated pose of each expected frame of a reference.
+    """Return the estimated pose of each expected frame of a reference.
 
     The expected frames depend on the reference and the options alone. By time stamps each pose
     covers half of ``Timing.max_gap`` before and after its own time, and more while the reference
@@ -187,50 +110,11 @@ def match(
 
     Image names are equal. If no two are, they match by the longest ending of their paths that any
     two have in common and that is unique, whatever the case and the slashes; at last by the file
-    name without its extension. Whole numbers (of frames, or stamps that are whole)
-    must be equal; where both are mere row numbers, 0, 1, 2, ... as of KITTI, the number of rows
-    must be the same.
+    name without its extension. Whole numbers (of frames, or stamps that are whole) must be equal;
+    where both are mere row numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
 
-    Parameters
-    ----------
-    reference, estimate : Trajectory
-        As returned by the readers of `alignscores.trajectories.files`; or any pair of keys and
-        poses, (n, 4, 4) or (n, 3, 4), the keys in an array, a list or a column of pandas.
-    timing : Timing, optional
-        How poses with time stamps are matched; by default ``Timing()``.
-    missing : {"ignore", "fail"}
-        Whether frames without an estimated pose are left out, or count as failures.
-    unit : float, optional
-        d; by default it is computed from the positions of the expected frames.
-
-    Returns
-    -------
-    Matches
-        The poses of both, and how many of them were matched, missing, left out.
-
-    Raises
-    ------
-    ValueError
-        Where the trajectories have no pose in common, or another kind of keys or, by row, another
-        length; a tenth of the estimated poses are duplicates; or keys or poses are malformed.
-
-    Warns
-    -----
-    TrajectoryWarning
-        Where the stamps are not in order, keys of the reference are repeated, or images are not
-        matched by their names.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores import Trajectory
-    >>> from alignscores.trajectories.association import Timing, match
-    >>> poses = np.tile(np.eye(4), (100, 1, 1))
-    >>> poses[:, 0, 3] = stamps = np.arange(100) / 10
-    >>> keyframes = Trajectory(stamps[5:80:5], poses[5:80:5])
-    >>> matches = match(Trajectory(stamps, poses), keyframes, Timing(max_gap=1), missing="fail")
-    >>> len(matches.keys), matches.missing, matches.lost
-    (100, 19, 0.19)
+    Warn where stamps are not in order, keys of the reference are repeated, or images do not match
+    by their names. Raise ValueError where nothing matches, or keys or poses are malformed.
     """
     reference, estimate = checked(reference, "reference"), checked(estimate, "estimate")
     if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
