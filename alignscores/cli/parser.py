@@ -12,7 +12,7 @@ from ..texts import printable
 
 __all__ = ["Parser", "metric_names", "number_type", "output_file"]
 
-ELSEWHERE = {  # options of evo and of version 1, and what to use here
+ELSEWHERE = {  # options of evo, and what to use here
     "-a": "evo's -a is --alignment rigid here",
     "--align": "evo's --align is --alignment rigid here",
     "-s": "--alignment similarity, the default here, removes the scale, too",
@@ -32,9 +32,6 @@ ELSEWHERE = {  # options of evo and of version 1, and what to use here
     "--project_to_plane": "all three dimensions count; --alignment yaw keeps the vertical axis",
     "--ref": "the reference is the first file here",
     "--save_table": "evo_res writes tables of --save_results; --save_metrics FILE.csv is ours",
-    "--clear_cache": "delete the folder of --cache",
-    "--no_cache": "nothing is stored without --cache FOLDER",
-    "--all_cameras": "--save_errors always has all expected frames, with a status each",
 }
 
 

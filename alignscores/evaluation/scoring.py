@@ -225,19 +225,22 @@ def _known_unit(matches: Matches) -> float:
 
 def _registration(matches: Matches, settings: Settings) -> str | Registration:
     """Return the registration: PCR-99 counts each pose once, since a repeated one fits itself."""
-    if settings.registration != "pcr99" or matches.n_poses == matches.matched:
-        return settings.registration
+    if settings.registration == "pcr99" and matches.n_poses < matches.matched:
+        return _pcr99_of_distinct
+    return settings.registration
 
-    def pcr99_once(
-        gt: Floats, est: Floats, /, *, rank: int, **options: Any
-    ) -> tuple[Similarity | None, int]:
-        _, first = np.unique(np.hstack([gt, est]), axis=0, return_index=True)
-        rows = np.sort(first)
-        once = max(4, round(rank * len(rows) / len(est)))
-        return pcr99(gt[rows], est[rows], rank=min(once, len(rows)), **options)
 
-    pcr99_once.__name__ = "pcr99"
-    return pcr99_once
+def _pcr99_of_distinct(
+    gt: Floats, est: Floats, /, *, rank: int, **options: Any
+) -> tuple[Similarity | None, int]:
+    """Register by PCR-99 the cameras that differ from all before."""
+    _, first = np.unique(np.hstack([gt, est]), axis=0, return_index=True)
+    rows = np.sort(first)
+    rank = max(4, round(rank * len(rows) / len(est)))
+    return pcr99(gt[rows], est[rows], rank=min(rank, len(rows)), **options)
+
+
+_pcr99_of_distinct.__name__ = "pcr99"  # as results name their registration
 
 
 def _distance(matches: Matches, settings: Settings, level: float) -> float:

@@ -45,7 +45,6 @@ WRONG = [
     ([*COMPARE, "--html", "page.txt"], "argument --html: page.txt does not end in .html"),
     ([*COMPARE, "--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),
     ([*COMPARE, "--by", "rpe@1m"], "argument --by: must be one of TAS, RAS, PAS, half_distance"),
-    ([*COMPARE, "--no_cache"], "nothing is stored without --cache FOLDER; see alignscores comp"),
 ]
 
 
