@@ -304,7 +304,6 @@ def test_all_that_is_public_is_shown() -> None:
     for prefix, names in {
         "protocols.": [one for one in protocols.__all__ if callable(getattr(protocols, one))],
         "trajectories.files.": [one for one in files.__all__ if one.startswith("read_")],
-        "trajectories.association.": ["match"],
         "": [*library.__all__, *baselines.__all__],
     }.items():
         assert {prefix + name for name in names} <= shown
