@@ -34,19 +34,3 @@ def test_an_error_at_a_threshold_is_not_below_it():
     result = AlignmentScore(thresholds.copy(), thresholds)
     assert result.cumulative_frequency.tolist() == list(range(100))
     assert result.score == 0.495
-
-
-@pytest.mark.parametrize("value", [np.inf, np.nan])
-def test_a_failed_camera_is_below_no_threshold(value):
-    """Infinite and undefined errors count as failures, wherever they stand."""
-    for errors in ([value, 0.0, 0.0], [0.0, value, 0.0], [0.0, 0.0, value]):
-        result = AlignmentScore(np.array(errors), equal_steps(1.0, 10, "largest"))
-        assert result.score == 2 / 3
-        assert np.all(result.cumulative_frequency == 2)
-
-
-@pytest.mark.parametrize("n", [1, 3, 7, 49, 1000])
-@pytest.mark.parametrize("count", [1, 3, 100, 333])
-def test_no_errors_score_exactly_one(n, count):
-    """Whole numbers until the one division."""
-    assert AlignmentScore(np.zeros(n), equal_steps(0.3, count, "largest")).score == 1.0

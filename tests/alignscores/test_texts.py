@@ -9,16 +9,7 @@ from io import BytesIO, TextIOWrapper
 
 import pytest
 
-from alignscores.texts import brief, first_few, unique_names
-
 NAMES = os.fsdecode(b"n\xff\xe9.txt"), "gr\u00fc\u00df.txt", "a\n\x1b[2J.txt", "a$\\bad$.txt"
-
-
-def test_names():
-    assert unique_names(["x/a.txt", "x/b.txt"]) == ["a.txt", "b.txt"]
-    assert unique_names(["x/a", "y/a", "z/x/a"]) == ["x/a", "y/a", "z/x/a"]
-    assert unique_names(["a", "a", "x/a"]) == ["a", "a (2)", "x/a"]
-    assert unique_names(["/a", "a"]) == ["/a", "a"]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="files have no such names")
@@ -61,10 +52,3 @@ def test_a_lone_surrogate_in_the_name_of_an_image_loses_no_errors(run, examples,
     code, _, err = run("nerf", *files, "--save_errors", tmp_path / "errors.csv")
     assert (code, err) == (0, "")
     assert r",a\ud800.png," in (tmp_path / "errors.csv").read_text()
-
-
-def test_values_and_lists_in_messages_are_short():
-    assert brief("a" * 10**6) == f"'{'a' * 59}..."
-    assert brief(list(range(9))) == "[0, 1, 2, 3, 4 and 4 more]"
-    assert brief({"a": [[1]], "b": {}}) == "{'a': [[...]], 'b': {}}"
-    assert first_few(list("abcdefg")) == "a, b, c, d, e and 2 more"

@@ -169,14 +169,6 @@ def test_rounded_rotations_are_rotations(factor):
         assert (result.errors >= 0).all()
 
 
-def test_products_in_single_precision_are_rotations():
-    rotations = ROTATIONS.astype(np.float32)
-    for _ in range(1000):
-        rotations = rotations @ ROTATIONS[::-1].astype(np.float32)
-    assert np.abs(rotations.transpose(0, 2, 1) @ rotations - np.eye(3)).max() > 1e-6
-    assert ras(rotations, rotations).score == 1.0
-
-
 def test_nearest_rotations_repair_few_digits():
     few_digits = np.round(ROTATIONS, 3)
     few_digits[4] = np.nan

@@ -1,8 +1,5 @@
 """Commands end with an exit code, and with one line where something is wrong."""
 
-import os
-import subprocess
-import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 from pathlib import Path
@@ -55,32 +52,6 @@ def test_what_goes_wrong_is_one_line_and_an_exit_code(
     assert run_command(parser(), work, ["x"]) == code
     out, err = capsys.readouterr()
     assert (out, err) == ("", f"experiments.example: {line}\n")
-
-
-@pytest.mark.parametrize(
-    ("redirections", "code", "said"),
-    [
-        (">/dev/full", 1, "experiments.example: [Errno 28] No space left on device\n"),
-        ("| true; exit ${PIPESTATUS[0]}", 1, ""),
-        (">&-", 0, ""),
-        ("2>&-", 0, ""),
-    ],
-)
-def test_streams_that_are_full_or_closed(redirections: str, code: int, said: str) -> None:
-    """What is made are files; the lines that tell of them wait in a buffer, as for users."""
-    work = "lambda options: sys.stderr.write('') or ['a.csv']"
-    program = "import argparse, sys; from experiments.command import run_command; "
-    program += "parser = argparse.ArgumentParser('experiments.example'); "
-    program += f"sys.exit(run_command(parser, {work}, []))"
-    done = subprocess.run(
-        ["bash", "-c", f'"$@" {redirections}', "bash", sys.executable, "-c", program],
-        env={**os.environ, "PYTHONUNBUFFERED": ""},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (code, said)
-    assert done.stdout == ("a.csv\n" if redirections == "2>&-" else "")
 
 
 def test_names_of_results_are_printable(capsys: pytest.CaptureFixture[str]) -> None:

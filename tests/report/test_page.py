@@ -1,6 +1,5 @@
 """The page shows all that is in the folder, stands alone, and can be read by everybody."""
 
-import re
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -63,29 +62,6 @@ def test_it_can_be_read_without_seeing_it(page: Page) -> None:
     assert all(len(table.all("caption")) == 1 for table in page.all("table"))
     assert all(th.get("scope") in ("row", "col") for th in page.all("th"))
     assert page.all("html")[0].get("lang") == "en"
-
-
-@pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
-def test_text_has_contrast_in_both_schemes(page: Page, scheme: int) -> None:
-    block = re.findall(r":root \{(.*?)\}", page.html, re.DOTALL)[scheme]
-    colour = dict(re.findall(r"--([\w-]+): (#\w{6});", block))
-    ratios = {
-        (text, ground): contrast(colour[text], colour[ground])
-        for ground in ("paper", "panel")
-        for text in ("ink", "quiet", "link", "good", "bad", "open")
-    }
-    assert min(ratios.values()) >= 4.5, ratios
-
-
-def luminance(colour: str) -> float:
-    parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
-    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def contrast(colour: str, other: str) -> float:
-    dark, light = sorted(map(luminance, (colour, other)))
-    return (light + 0.05) / (dark + 0.05)
 
 
 def test_figures_table_1_and_readings_are_shown(page: Page) -> None:

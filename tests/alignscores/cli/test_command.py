@@ -1,9 +1,6 @@
 """Usage, help, and the command as a process."""
 
-import json
-import os
 import re
-import subprocess
 import sys
 
 import pytest
@@ -104,30 +101,6 @@ def test_version(run):
 
 def test_options_may_stand_between_the_files(run):
     assert run(TUM[0], TUM[1], "--seed", "1", TUM[2]) == run(*TUM, "--seed", "1")
-
-
-def test_as_a_module(examples, tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-m", "alignscores", *TUM],
-        cwd=examples,
-        env={**os.environ, "HOME": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        timeout=100,
-    )
-    assert done.returncode == 0
-    assert done.stdout.startswith("estimate ")
-    assert list(tmp_path.iterdir()) == []  # nothing in the home directory
-
-
-@pytest.mark.parametrize("option", ["--json", "--seed=0"])
-def test_an_output_that_cannot_encode_a_name(process, write, lines, option):
-    done = process(*TUM[:2], str(write(lines, "é.txt")), option, PYTHONIOENCODING="ascii")
-    assert done.returncode == 0
-    if option == "--json":
-        assert json.loads(done.stdout)["results"][0]["name"] == "é.txt"
-    else:
-        assert done.stdout.splitlines()[1].startswith(r"\xe9.txt ")
 
 
 @pytest.mark.parametrize(

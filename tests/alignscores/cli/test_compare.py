@@ -2,8 +2,6 @@
 
 import sys
 
-import pytest
-
 
 def test_progress_is_shown_on_a_terminal(benchmark_of, run_compare, monkeypatch):
     """Each step replaces the last one, and at the end the line is empty."""
@@ -33,17 +31,3 @@ def test_a_dry_run_shows_what_is_found_and_what_is_left_out(benchmark_of, run_co
 def test_the_format_is_recognised(benchmark_of, run_compare):
     form, *patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=20)
     assert run_compare(*patterns, "--jobs", 1) == run_compare(form, *patterns, "--jobs", 1)
-
-
-@pytest.mark.parametrize("name", ["b.yaml", "b.yml"])
-def test_a_yaml_file_may_have_either_ending(run_compare, name):
-    code, out, err = run_compare(name)
-    message = f"{name}: cannot be read: No such file or directory"
-    assert (code, out, err) == (1, "", f"alignscores: error: {message}\n")
-
-
-def test_metrics_of_the_tables_have_short_names(benchmark_of, run_compare):
-    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=20)
-    code, out, _ = run_compare(*patterns, "--by", "half", "--jobs", 1)
-    assert code == 0
-    assert out == run_compare(*patterns, "--by", "half_distance", "--jobs", 1)[1]

@@ -78,17 +78,6 @@ def test_estimates_of_another_format(form, other, score, run):
     assert result["PAS"] == 1.0
 
 
-def test_euroc_estimates_in_nanoseconds(score, lines, write):
-    """As ORB-SLAM3 writes them; in the format tum they are refused with a hint."""
-    poses = [line.split() for line in lines]
-    path = write([f"{float(t) * 1e9:.6f} {' '.join(pose)}" for t, *pose in poses], "f_orb.txt")
-    (seconds,), (nanoseconds,) = (
-        score("euroc", "euroc/data.csv", estimate) for estimate in ("tum/estimate.txt", path)
-    )
-    assert nanoseconds["TAS"] == pytest.approx(seconds["TAS"], abs=1e-9)
-    assert nanoseconds["matched"] == seconds["matched"]
-
-
 @pytest.fixture
 def models(examples, tmp_path):
     """(rows of each part) -> a folder of COLMAP models with these images of the estimate, each in

@@ -182,12 +182,3 @@ def test_plot_needs_a_display(run):
     code, out, err = run(*TUM, "--plot")
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert "no display" in err
-
-
-def test_a_folder_where_a_file_should_be_written(run, tmp_path):
-    (tmp_path / "a.png").mkdir()
-    outputs = "--save_plot", tmp_path / "a.png", "--save_errors", tmp_path / "b.csv"
-    code, out, err = run(*TUM, *outputs)
-    assert (code, out.split()[0]) == (1, "estimate")
-    assert err == f"alignscores: error: {tmp_path}/a.png: cannot be written (Is a directory)\n"
-    assert {path.name for path in tmp_path.iterdir()} == {"a.png", "b.csv"}  # the other is saved

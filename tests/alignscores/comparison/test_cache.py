@@ -50,16 +50,6 @@ def test_a_file_that_changed_has_a_new_result(files, run, name):
     assert run(*options, "--cache", "cache") == run(*options)
 
 
-def test_a_model_that_changed_has_a_new_result(examples, tmp_path, run):
-    for name in ("reference", "estimate"):
-        shutil.copytree(examples / "colmap" / name, tmp_path / name)
-    patterns = "colmap", "reference", "{system}mate", "--json"
-    run(*patterns, "--cache", "cache")
-    images = tmp_path / "estimate/images.bin"
-    images.write_bytes(images.read_bytes().replace(b"0003.png", b"0099.png"))
-    assert run(*patterns, "--cache", "cache") == run(*patterns)
-
-
 @pytest.mark.parametrize("content", ["{", "[1, 2]", "{}"])
 def test_what_cannot_be_read_is_computed_again(files, run, content):
     expected = run(*FILES, "--json", "--cache", "cache")

@@ -2,13 +2,12 @@
 
 import json
 import os
-import shutil
 
 import numpy as np
 import pytest
 
 from alignscores import compare as library_compare
-from alignscores import evaluate, pas, ras_profile, tas_profile
+from alignscores import pas, ras_profile, tas_profile
 from alignscores.trajectories.files import read_tum
 
 SYSTEMS = {  # sigma_t, sigma_r in degrees, every so many frames, share lost at the end
@@ -108,15 +107,6 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
     assert (status.count("scored"), status.count("failed"), status.count("missing")) == (8, 3, 1)
 
 
-def test_a_sequence_without_its_frames_is_left_out(benchmark_of, run, tmp_path):
-    patterns = benchmark_of(ONE, runs=1, n=40)
-    np.savetxt(tmp_path / "car/rgb.txt", np.arange(40) / 10)
-    code, out, err = run(*patterns, "--frames", "{sequence}/rgb.txt", "--json")
-    assert code == 1
-    assert err.startswith("alignscores: error: sequence helix: left out: helix/rgb.txt: cannot be")
-    assert {entry["sequence"] for entry in json.loads(out)["results"]} == {"car"}
-
-
 def test_a_distance_that_no_run_is_given_is_no_failure(benchmark_of, compare, tmp_path):
     """Four cameras have none; nor has a run there that fails."""
     systems = {"a": (0.02, 1.0, 1, 0.0), "b": (0.1, 1.0, 1, 0.0)}
@@ -141,20 +131,3 @@ def test_a_metric_without_a_value_is_told_once_a_system(benchmark_of, run):
         "note: car, a, run 0: without a value, counted as failures: kitti (and alike for 1 more of "
         "a)\n"
     ) in err
-
-
-def test_images_are_scored_as_on_their_own(compare, examples, tmp_path):
-    """Also where a system has another format."""
-    shutil.copytree(examples / "colmap/reference", tmp_path / "desk/gt")
-    shutil.copytree(examples / "colmap/estimate", tmp_path / "desk/noisy/0")
-    (tmp_path / "desk/other").mkdir()
-    shutil.copy(examples / "nerf/estimate.json", tmp_path / "desk/other/0.json")
-    (tmp_path / "b.yaml").write_text(
-        'format: colmap\nreference: "{sequence}/gt"\nestimate: "{sequence}/{system}/0*"\n'
-        "systems: {other: {est_format: nerf}}\n"
-    )
-    results = {entry["system"]: entry for entry in compare("b.yaml")["results"]}
-    for name, form in (("noisy/0", "colmap"), ("other/0.json", "nerf")):
-        files = (tmp_path / "desk" / file for file in ("gt", name))
-        alone = evaluate(*files, format="colmap", est_format=form)
-        assert results[name.split("/")[0]]["PAS"] == pytest.approx(alone.pas)

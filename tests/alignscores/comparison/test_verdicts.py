@@ -130,14 +130,6 @@ def test_who_leaves_out_hard_sequences_does_not_lead():
     assert summed_up(systems).ranked("PAS") == ["complete", "leaves out", "single"]
 
 
-def test_the_others_are_told_in_short():
-    systems = {"a": on(2, GOOD), "b": on(2, BAD), "c": on(2, BAD[:9]), "d": on(2, GOOD[::-1])}
-    text = said(systems)
-    assert text.startswith("a and d are not distinguishable")
-    assert "d is ahead of c, b." in text
-    assert ranks(systems) == {"a": (1, 2), "d": (1, 2), "b": (3, 4), "c": (3, 4)}
-
-
 def test_runs_of_the_same_name_can_be_paired():
     """Where runs scatter by what they share, as scenes or seeds."""
     hard = np.linspace(0.2, 0.8, 8)
@@ -197,15 +189,6 @@ def test_markdown_has_verdict_and_tables(patterns, run, tmp_path):
     assert run(*patterns, "--markdown", "-")[1] == text
 
 
-def test_one_format_is_printed(patterns, run):
-    code, out, err = run(*patterns, "--json", "--csv")
-    assert (code, out) == (2, "")
-    assert "error: argument --csv: not allowed with argument --json" in err
-    code, out, err = run(*patterns, "--csv", "--markdown", "-")
-    assert (code, out) == (2, "")
-    assert "error: argument --markdown -: not allowed with argument --csv" in err
-
-
 def test_why_scores_are_low_is_told_with_verbose(benchmark_of, run):
     patterns = benchmark_of({"a": (0.5, 10.0, 1, 0.5)}, ["car"], runs=2)
     assert "without a pose, " not in run(*patterns)[2]
@@ -233,35 +216,3 @@ def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path)
     assert out.startswith("a_b, c: too few runs, not tested.")
     assert re.search(r"^c .* 1/2 ", out, flags=re.M)
     assert re.search(r"^c +not tried ", out, flags=re.M)
-
-
-HOSTILE = "a_b & 50% #1 $x ~^\\{}", '[x] *y* |z|, "q" <i>', "*new\nline--é`_u_"
-
-
-@pytest.fixture
-def hostile(benchmark_of, tmp_path):
-    """Patterns of a benchmark whose systems have such names, one of them no UTF-8."""
-    if sys.platform != "linux":
-        pytest.skip("folders have no such names")
-    systems = {str(number): (0.1 * number + 0.05, 1.0, 1, 0.0) for number in range(4)}
-    found = benchmark_of(systems, ["car"], runs=2, n=40)
-    for number, name in enumerate([*HOSTILE, os.fsdecode(b"n\xff")]):
-        (tmp_path / "car" / str(number)).rename(tmp_path / "car" / name)
-    (tmp_path / "car").rename(tmp_path / "[c]%_1|2")
-    return found
-
-
-def test_any_names_in_all_tables(hostile, run):
-    """Whatever a name or a metric holds, it is text."""
-    by = "--by", "recall@5cm,5deg:hloc", "--metrics", "recall@5cm,5deg:hloc"
-    text = run(*hostile, "--latex", *by)[1]
-    plain = re.sub(r"\\[&%$#_{}]|\$\\infty\$", "", text)  # without what is escaped
-    assert not set("%$#_~^<>|") & set(plain)
-    assert text.count(r"\caption{") == text.count(r"\toprule") == 2
-    rows = list(csv.DictReader(StringIO(run(*hostile, "--csv")[1], newline="")))
-    assert {row["system"] for row in rows} == {*HOSTILE, r"n\xff"}
-    lines = run(*hostile, "--markdown", "-")[1].splitlines()
-    table = [line for line in lines if line.startswith("|")]
-    assert {len(re.findall(r"(?<!\\)\|", line)) for line in table} == {3, 10}
-    entries = json.loads(run(*hostile, "--json", "--html", "page.html")[1])["systems"]
-    assert {entry["system"] for entry in entries} == {*HOSTILE, "n\udcff"}

@@ -9,13 +9,11 @@ from scipy.spatial.transform import Rotation
 from alignscores import evaluate
 from alignscores.trajectories.files import (
     Trajectory,
-    read_kitti,
 )
 
 from ..conftest import write_poses
 
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
-KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
 
 
 def winding(seconds=40, rate=10):
@@ -97,15 +95,6 @@ def test_nothing_is_expected_where_a_reference_has_no_pose(run, tmp_path, how):
     assert err == f"alignscores: note: {ABSENT.format('25.3%', 'time')}\n"
 
 
-@pytest.mark.parametrize("keys", [np.arange(40), np.array([f"{k:03}.png" for k in range(40)])])
-def test_nothing_is_expected_of_cameras_of_which_the_reference_is_nan(keys):
-    poses = TRUTH.poses[::10].copy()
-    poses[[3, 17], :3] = np.nan
-    found = evaluate(Trajectory(keys, poses), Trajectory(keys, TRUTH.poses[::10]))
-    assert (found.pas, found.to_dict()["n"]) == (1, 38)
-    assert str(found.notes[0]) == ABSENT.format("5.0%", "cameras")
-
-
 def repeated(n):
     """Return the truth with n of its poses twice."""
     rows = np.sort(np.append(np.arange(len(TRUTH.keys)), np.arange(0, 2 * n, 2)))
@@ -162,40 +151,6 @@ def test_the_score_of_a_camera_that_never_moves(stands):
     assert [note.kind for note in found.notes] == ["chance"] * stands
     if stands:
         assert f"never moves would have a TAS of {chance:.2f}" in found.notes[0].text
-
-
-def test_mirrored_positions(run, kitti, examples):
-    poses = read_kitti(examples / KITTI[2]).poses
-    poses[:, 1, 3] *= -1
-    assert "the positions fit the mirror image of the ref" in run(*KITTI[:2], kitti(poses))[2]
-
-
-def test_inverted_rotations(run, kitti, examples):
-    poses = read_kitti(examples / KITTI[2]).poses
-    poses[:, :3, :3] = poses[:, :3, :3].transpose(0, 2, 1)
-    err = run(*KITTI[:2], kitti(poses))[2]
-    assert "the rotations in the file seem to be world-to-camera, its positions not (RAS 0" in err
-    assert err.count("; transpose them in the file\n") == 1
-    assert "seem" not in err.replace("the rotations in the file seem", "")
-
-
-WRONG_END = "the quaternions seem to have w at the wrong end"
-
-
-@pytest.mark.parametrize(
-    ("form", "separator", "header"),
-    [
-        ("tum", " ", "#"),
-        ("euroc", " ", "#"),
-        ("tum", ",", "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw"),
-    ],
-)
-def test_quaternions_with_w_at_the_wrong_end(run, lines, write, form, separator, header):
-    if header != "#" or form != "tum":  # in nanoseconds
-        lines = [line.replace(".", "", 1).replace(" ", "000 ", 1) for line in lines]
-    fields = [line.split() for line in lines]
-    shifted = [separator.join([*line[:4], line[7], *line[4:7]]) for line in fields]
-    assert WRONG_END in run(*TUM[:2], write([header, *shifted]), "--est_format", form)[2]
 
 
 def test_clocks_of_positions_alone_are_compared_by_speeds():

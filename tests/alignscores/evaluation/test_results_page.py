@@ -1,6 +1,5 @@
 """The JSON of an evaluation has the keys and types that docs/reference/results.md gives."""
 
-import json
 import re
 from pathlib import Path
 
@@ -33,9 +32,3 @@ def test_results_are_as_described(score, form):
         for key, value in result.items():
             assert isinstance(value, SCHEMA[key]), key
         assert all(set(note) == {"kind", "text", "remedy"} for note in result["notes"])
-
-
-def test_settings_have_the_names_of_their_options(command, examples):
-    files = [examples / name for name in FILES["tum"]]
-    printed = json.loads(command("tum", *files, "--missing", "ignore", "--invert", "--json")[1])
-    assert (printed["missing"], printed["invert"]) == ("ignore", True)

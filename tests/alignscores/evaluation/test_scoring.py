@@ -78,3 +78,9 @@ def test_trajectories_in_memory_are_like_a_format(kind):
     form = "arrays" if kind != "names" else "colmap"
     given = evaluate(Trajectory(keys, reference.poses), Trajectory(keys[:n], whole), format=form)
     assert given.settings.format == form
+
+
+def test_names_are_no_time_stamps():
+    reference, estimate, _ = scene()
+    with pytest.raises(ValueError, match="^format=tum has time stamps, not names: leave it"):
+        evaluate(reference, estimate, format="tum")

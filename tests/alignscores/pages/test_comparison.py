@@ -101,20 +101,6 @@ def test_errors_over_time_have_gaps_and_a_band_a_run(benchmark_of, page, tmp_pat
     assert ">12 s</text>" in text
 
 
-def test_what_changed_comes_first(patterns, page, compare, tmp_path):
-    (tmp_path / "saved.json").write_text(json.dumps(compare(*patterns)))
-    text = page(*patterns, "--baseline", tmp_path / "saved.json")
-    assert re.findall(r'<section id="(\w+)"', text) == ["changes", *SECTIONS]
-    assert "<caption>Against saved.json</caption>" in text
-    assert str(tmp_path) not in text
-
-
-def test_one_system_has_no_differences(benchmark_of, page):
-    text = page(*benchmark_of({"only": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=20))
-    assert "<h1>PAS of only</h1>" in text
-    assert 'id="differences"' not in text
-
-
 DRIVER = """
 const buttons = [...document.querySelectorAll("thead button")];
 const first = () => document.querySelector("#overall tbody th").textContent;
@@ -220,19 +206,6 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
         chosen = sorted(scored, key=lambda one: one["PAS"])[index]
         assert row[0] == f"{system}, run {chosen['run']}"
         assert row[1:4] == [f"{chosen[name]:.3f}" for name in ("TAS", "RAS", "PAS")]
-
-
-def test_the_page_opens_at_its_top(patterns, page, browser):
-    """It would scroll to the frame if the frame's address ended in an empty fragment."""
-    source = browser.run(page(*patterns), 'tell(document.querySelector("#own iframe").src)')
-    assert source.startswith("blob:")
-    assert "#" not in source
-
-
-def test_a_page_of_one_s_own_tells_of_runs_that_failed(patterns, run, tmp_path):
-    run(*patterns, "--html", "page.html")
-    _, lacking = own_pages((tmp_path / "page.html").read_text())["car"]["estimates"]
-    assert lacking["notes"][0].endswith(": of its 3 runs, 1 failed or are missing")
 
 
 def test_without_a_run_that_was_scored_the_page_says_so(patterns, page, tmp_path):

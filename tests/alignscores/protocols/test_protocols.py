@@ -228,10 +228,3 @@ def test_memory_does_not_grow_with_the_pairs(function):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 8e6  # a number a pair takes 9 MB
-
-
-def test_single_precision_rotations_pass():
-    gt, gt_rotations, est, est_rotations = scene()
-    single = gt_rotations.astype(np.float32), est_rotations.astype(np.float32)
-    metric = protocol("rra@5:vggt")
-    assert metric(gt, single[0], est, single[1]) == metric(gt, gt_rotations, est, est_rotations)

@@ -4,7 +4,6 @@ What the rule of time promises is in evaluation/test_time.py.
 """
 
 import numpy as np
-import pandas
 import pytest
 from evo.core.sync import matching_time_indices
 
@@ -33,10 +32,6 @@ def pairs(matches):
     return list(zip(matches.gt_rows.tolist(), est, strict=True))
 
 
-def counts(matches):
-    return matches.matched, matches.missing, matches.unmatched, matches.duplicate
-
-
 def message_of(*args, **options):
     with pytest.raises(ValueError, match=r"\w") as caught:
         match(*args, **options)
@@ -60,16 +55,6 @@ def test_nearest_stamps_are_those_of_evo(digits, start, offset):
         nearest = dict(zip(*compared, strict=True))
         assert matches.gt_poses[:, 0, 3].tolist() == [nearest[row] for _, row in expected]
         assert matches.unmatched == len(est) - len(nearest)
-
-
-def test_missing_cameras_fail_or_are_left_out():
-    reference, estimate = trajectory([0.0, 1.0, 2.0, 3.0]), trajectory([1.001, 3.002, 9.0])
-    ignore = match(reference, estimate, **AT_ITS_STAMP)
-    fail = match(reference, estimate, missing="fail", **AT_ITS_STAMP)
-    assert pairs(ignore) == [(1, 0), (3, 1)]
-    assert pairs(fail) == [(0, None), (1, 0), (2, None), (3, 1)]
-    assert counts(ignore) == counts(fail) == (2, 2, 1, 0)
-    assert fail.est_rows.tolist() == [-1, 0, -1, 1]
 
 
 def test_of_duplicate_stamps_the_first_is_used():
@@ -109,19 +94,6 @@ STAMPS = np.arange(400) / 40  # 10 s
 def test_a_wrong_stamp_makes_no_billions_of_frames():
     wrong = match(trajectory(STAMPS), trajectory(np.r_[-1e9, STAMPS[::4]]), missing="fail")
     assert (wrong.lost, wrong.unmatched) == (0, 1)
-
-
-def test_frames_say_what_was_to_be_estimated():
-    reference = trajectory(STAMPS)
-    frames = np.arange(0.0, 12, 0.5)  # four after the end of the reference
-    kept = np.delete(frames, [2, 3, 23])
-    options = {"missing": "fail", "t_max_diff": 0.004}
-    matches = match(reference, trajectory(kept + 0.003), frames=frames, max_gap=0, **options)
-    lost = matches.keys[np.isnan(matches.est_poses[:, 0, 3])]
-    assert lost.tolist() == [1.0, 1.5]
-    after = [10.0, 10.5, 11.0, 11.5]
-    assert counts(matches)[:2] == (18, 2)
-    assert matches.without_reference.tolist() == after
 
 
 def test_the_times_that_are_expected_include_both_ends():
@@ -176,17 +148,6 @@ def test_images_of_other_cameras_and_names_that_are_not_unique_are_not_matched(r
     assert not recwarn.list
     said = message_of(trajectory(sides), trajectory(["0.png", "1.png"]))
     assert "no image names in common: " in said
-
-
-@pytest.mark.parametrize("keys", [[0.0, 1.0, 2.0], ["a", "b", "c"], [3, 7, 8]])
-@pytest.mark.parametrize("kind", [list, pandas.Series, pandas.Index])
-def test_keys_and_poses_of_other_types(keys, kind):
-    poses = trajectory(keys).poses
-    estimate = Trajectory(kind(keys[1:]), poses[1:].astype(np.float32))
-    matches = match(Trajectory(kind(keys), poses[:, :3]), estimate, **AT_ITS_STAMP)
-    assert pairs(matches) == [(1, 1), (2, 2)]
-    np.testing.assert_array_equal(matches.gt_poses, poses[1:])
-    assert matches.est_poses.dtype == np.float64
 
 
 @pytest.mark.parametrize(
