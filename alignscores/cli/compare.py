@@ -93,7 +93,7 @@ def compare_parser(*, everything: bool = True) -> Parser:
     jobs = available_processors()
     add = parser.add_argument_group("runs").add_argument
     add("--dry-run", action="store_true", help="show what is found, and score nothing")
-    add("--expect_all", action="store_true", help="a sequence without runs has failed")
+    add("--expect_all", action="store_true", help="a system without runs on a sequence fails")
     add("--jobs", type=number_type(JOBS), default=jobs, metavar="X", help=JOBS.help)
     add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
     add = parser.add_argument_group("verdicts").add_argument

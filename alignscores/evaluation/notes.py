@@ -227,8 +227,8 @@ def alignments_apart(evaluation: Evaluation) -> Note | None:
         return None
     return Note(
         "apart",
-        f"positions and rotations are aligned by rotations that differ by {apart:.1f} degrees, "
-        "which neither score counts",
+        f"the rotations that align positions and rotations differ by {apart:.1f} degrees, "
+        "which no score penalises",
         "check the calibration between camera and body",
     )
 
@@ -271,7 +271,7 @@ def _stretch(seconds: Floats, far: Booleans) -> str:
     first = int(np.argmin(lengths))
     if lengths[first] > np.ptp(seconds) / 2:
         return ""
-    return f" (most of it between {times[first]:.0f} and {times[first + n - 1]:.0f} s)"
+    return f" (most of them between {times[first]:.0f} and {times[first + n - 1]:.0f} s)"
 
 
 def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:

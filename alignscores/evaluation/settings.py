@@ -163,7 +163,7 @@ class Settings:
     columns: str | None = _setting(
         None,
         "what the columns of text tables hold, such as 't x y z qx qy qz qw': t_ns for stamps in "
-        "ns, n for numbers of frames, r11 to r33 for matrices, - for other columns",
+        "ns, n for frame numbers, r11 to r33 for matrices, - for other columns",
         group=MATCHING,
         optional=True,
         tables=True,
@@ -202,16 +202,16 @@ class Settings:
     )
     max_gap: float = _seconds(
         2.0,
-        "largest gap between two poses that cover all the time between them, in s: each pose "
-        "covers half of it on either side; 0: each frame needs a pose",
+        "largest gap between two poses that is covered, in s: each pose covers half of it on "
+        "either side, and the rest of a longer gap is lost; 0: each frame needs its own pose",
         least=0,
     )
-    t_start: float | None = _seconds(None, "first time that is expected, in s", optional=True)
-    t_end: float | None = _seconds(None, "last time that is expected, in s", optional=True)
+    t_start: float | None = _seconds(None, "start of the expected frames, in s", optional=True)
+    t_end: float | None = _seconds(None, "end of the expected frames, in s", optional=True)
     t_offset: float | str = _seconds(
         0.0,
-        "added to the estimate's time stamps, in s; auto: the offset at which the rotation rates, "
-        "or without rotations the speeds, fit at least twice as well, otherwise 0",
+        "added to the estimate's time stamps, in s; auto: found from the rotation rates, or "
+        "without rotations from the speeds; 0 if none makes them fit at least twice as well",
         words=("auto",),
     )
     frames: FilePath | Floats | tuple[float, ...] | None = _setting(  # noqa: RUF009
@@ -265,23 +265,23 @@ class Settings:
     up: str = _setting("z", "vertical axis, for --alignment yaw", choices=UP)
     reference_sigma: str | tuple[float, ...] | None = _setting(
         None,
-        "X,DEG: standard deviations of the reference's own positions on each axis, in its unit, "
-        "and rotations about each axis: adds what a perfect estimate would score, with a note "
-        "where the estimate is not distinguishable from one",
+        "X,DEG: standard deviations of the reference, of positions on each axis in its unit and "
+        "of rotations about each axis; adds the score of a perfect estimate, and a note if the "
+        "estimate is not distinguishable from it",
         numbers="X,DEG",
         least=0,
         optional=True,
     )
     seed: int = _setting(
         0,
-        "first seed of the registration; errors, plots and saved files are of this one",
+        "first seed of the registration, and the seed of errors, plots and saved files",
         number=int,
         least=0,
     )
     repeat: int = _setting(
         10,
-        "number of seeds, from --seed on, over which pcr99 averages TAS and PAS; refined, "
-        "which hardly depends on the seed, takes one",
+        "number of seeds, from --seed on, over which pcr99 averages TAS and PAS; refined uses one, "
+        "since it hardly depends on the seed",
         number=int,
         least=1,
     )

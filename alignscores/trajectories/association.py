@@ -431,7 +431,7 @@ def _first_rows(keys: NDArray[Any], whose: str, there: Booleans | None = None) -
         rows = rows[there[rows]]
     first = rows[_is_first(keys[rows])]
     if whose == "reference" and len(first) < len(rows):
-        _warn(f"duplicates in the reference (of stamp or name), left out: {len(rows) - len(first)}")
+        _warn(f"duplicate stamps or names in the reference, left out: {len(rows) - len(first)}")
     return first
 
 

@@ -78,7 +78,7 @@ def test_processes_do_not_matter(benchmark_of, run, tmp_path):
     found = run(*patterns, "--json", "--jobs", 1)
     assert found == run(*patterns, "--json", "--jobs", 2)
     assert found[2].endswith(
-        " note: car: duplicates in the reference (of stamp or name), left out: 1\n"
+        " note: car: duplicate stamps or names in the reference, left out: 1\n"
     )
 
 

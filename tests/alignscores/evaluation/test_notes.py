@@ -69,7 +69,7 @@ def test_what_is_wrong_with_the_reference_is_noted_once(run, write, examples):
     printed = json.loads(out)
     assert len(printed["notes"]) == 2
     assert "time stamps of the reference are not in order" in printed["notes"][0]
-    assert printed["notes"][1] == "duplicates in the reference (of stamp or name), left out: 1"
+    assert printed["notes"][1] == "duplicate stamps or names in the reference, left out: 1"
     assert [result["notes"] for result in printed["results"]] == [[], []]
     assert err.splitlines() == [f"alignscores: note: {note}" for note in printed["notes"]]
 
@@ -185,7 +185,7 @@ def moved(poses, degrees, noise=0.01):
     return est
 
 
-APART = "positions and rotations are aligned by rotations that differ by "
+APART = "the rotations that align positions and rotations differ by "
 
 
 @pytest.mark.parametrize(
@@ -233,5 +233,5 @@ def test_why_a_score_is_low():
     turns = Rotation.random(len(TRUTH.keys), rng=1).as_matrix()
     poses[:, :3, :3] = turns
     (note,) = low(Trajectory(TRUTH.keys, poses))
-    assert "30% of the frames further off than d (most of it between 1" in note
+    assert "30% of the frames further off than d (most of them between 1" in note
     assert note.endswith("of the rotations off by more than 10 degrees")

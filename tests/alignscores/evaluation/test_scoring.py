@@ -82,5 +82,5 @@ def test_trajectories_in_memory_are_like_a_format(kind):
 
 def test_names_are_no_time_stamps():
     reference, estimate, _ = scene()
-    with pytest.raises(ValueError, match="^format=tum has time stamps, not names: leave it"):
+    with pytest.raises(ValueError, match=r"^format=tum has time stamps, not names: leave it"):
         evaluate(reference, estimate, format="tum")
