@@ -220,7 +220,7 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
 
 
 def _draw_profiles(axes: Axes, profiles: Sequence[ScoreProfile], label: str) -> None:
-    """Draw scores over their largest thresholds, where they are neither all 0 nor all 1."""
+    """Draw scores over the largest threshold, where they are neither all 0 nor all 1."""
     units, scores = profiles[0].units, [profile.scores for profile in profiles]
     rising = np.flatnonzero((np.max(scores, axis=0) > 0.01) & (np.min(scores, axis=0) < 0.99))
     if len(rising):

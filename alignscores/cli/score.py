@@ -57,7 +57,7 @@ WRITTEN = {  # options with the suffixes of their files
     "save_rrd": ((".rrd",), "save a recording for the Rerun viewer"),
     "save_errors": ((".csv",), "save the errors of each expected frame"),
     "save_metrics": ((".csv",), "save --metrics or, without it, the scores"),
-    "profile": ((".csv",), "save TAS and RAS over their largest thresholds"),
+    "profile": ((".csv",), "save TAS and RAS for many largest thresholds"),
     "save_aligned": ((".txt",), "save FILE_<name>, the aligned estimate, as TUM or KITTI"),
     "save_results": ((".zip",), "save FILE_<name> for evo_res"),
 }

@@ -70,7 +70,7 @@ FORMATS = {
         read_parts=files.read_colmap_parts,
     ),
     "matrices": Format(
-        "folders of files with a 4x4 matrix each (7-Scenes, ScanNet), matched by the number in the name",
+        "folders with one 4x4 matrix per file (7-Scenes, ScanNet), matched by number in the name",
         "scene0000_00/pose estimate/pose",
         files.read_matrices,
         True,
