@@ -125,9 +125,9 @@ def metric(name: str) -> Metric:
 
 def header(name: str, length: str) -> str:
     """Return a metric as it heads a column, in short, with its unit; `length` is a position's."""
-    found = metric(name)
-    if found.family not in SCORES or not found.family.unit:
-        return found.name
-    unit = length if found.family.unit == "units" else found.family.unit
-    short = found.name.partition("_")[0]
+    entry = metric(name)
+    if entry.family not in SCORES or not entry.family.unit:
+        return entry.name
+    unit = length if entry.family.unit == "units" else entry.family.unit
+    short = entry.name.partition("_")[0]
     return f"{short} [{unit}]" if unit else short

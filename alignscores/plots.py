@@ -87,12 +87,12 @@ def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
             _draw_line(axes, evaluation, shown, line)
             _shade(axes, evaluation, ~np.isfinite(errors), line["color"])
         largest = getattr(first.result, name).thresholds[-1]
-        errors = np.concatenate([getattr(found.result, name).errors for found in scored])
+        errors = np.concatenate([getattr(one.result, name).errors for one in scored])
         ends = [largest, *errors[np.isfinite(errors) & (errors > 0)]]
         axes.set(yscale="log", ylabel=label, ylim=(min(ends) / 1.5, max(ends) * 1.5))
         axes.axhline(largest, color="0.3", linewidth=0.7, linestyle=":")
-        place = axes.get_yaxis_transform()
-        axes.text(1, largest, "largest threshold ", transform=place, ha="right", va="top")
+        transform = axes.get_yaxis_transform()
+        axes.text(1, largest, "largest threshold ", transform=transform, ha="right", va="top")
     panels[0].set_title("errors over time; shaded: lost")
     panels[1].set_xlabel(_time_label(first))
     _add_legend(panels[0], scored)
@@ -110,8 +110,8 @@ def _shade(axes: Axes, evaluation: Evaluation, lost: NDArray[np.bool_], colour: 
         for run in np.split(rows, apart)
         if len(run)
     ]
-    place = axes.get_xaxis_transform()
-    axes.broken_barh(spans, (0, 1), transform=place, color=colour, alpha=0.15, linewidth=0)
+    transform = axes.get_xaxis_transform()
+    axes.broken_barh(spans, (0, 1), transform=transform, color=colour, alpha=0.15, linewidth=0)
 
 
 def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str | None) -> None:
@@ -201,7 +201,10 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
     panels = part.subplots(2, 2)
     unit = scored[0].settings.form.unit
     for axes, word, name in zip(panels[0], (unit, "deg"), ("TAS", "RAS"), strict=True):
-        results = [found.result.tas if name == "TAS" else found.result.ras for found in scored]
+        results = [
+            evaluation.result.tas if name == "TAS" else evaluation.result.ras
+            for evaluation in scored
+        ]
         axes.set_xlabel(f"threshold [{word}]")
         if len(results) == 1:
             (only,) = results
@@ -214,7 +217,7 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
             axes.plot(result.thresholds, shares, clip_on=False, linewidth=1.3, **line)
         axes.set(xlim=(0, None), ylim=(0, 1), ylabel="share of frames below")
     for column, word, name in ((0, unit, "TAS"), (1, "deg", "RAS")):
-        profiles = [found.profiles[column] for found in scored]
+        profiles = [evaluation.profiles[column] for evaluation in scored]
         _draw_profiles(panels[1, column], profiles, f"largest threshold of the {name} [{word}]")
     _add_legend(panels[1, 0], scored)
 

@@ -35,7 +35,7 @@ def recording(scored: Sequence[Evaluation]) -> bytes:
     first = scored[0]
     poses = first.reference.poses[first.matches.expected_rows]
     origin = poses[0, :3, 3]
-    names = [rr.new_entity_path(["estimates", printable(found.name)]) for found in scored]
+    names = [rr.new_entity_path(["estimates", printable(one.name)]) for one in scored]
     series = [
         blueprint.TimeSeriesView(
             name=kind.replace("_", " "), contents=[f"{name}/{kind}" for name in names]
@@ -71,9 +71,9 @@ def _log_estimate(stream: Any, evaluation: Evaluation, name: str, origin: Floats
         "lost": (over_expected(evaluation, evaluation.statuses, LOST) == LOST).astype(float),
     }
     for kind, values in errors.items():
-        found = np.isfinite(values)
-        columns = rr.Scalars.columns(scalars=values[found])
-        _send(stream, evaluation, f"{name}/{kind}", found, columns)
+        is_finite = np.isfinite(values)
+        columns = rr.Scalars.columns(scalars=values[is_finite])
+        _send(stream, evaluation, f"{name}/{kind}", is_finite, columns)
     finite = finite_rows(positions)
     shares = np.minimum(errors["position_error"][finite] / tas.unit, 1)
     colours = np.stack([np.interp(shares, np.linspace(0, 1, 4), one) for one in COLOURS.T], axis=1)
@@ -90,21 +90,21 @@ def _log_camera(
     stream: Any, evaluation: Evaluation, name: str, positions: Floats, rotations: Floats
 ) -> None:
     """Log the camera's frame at each expected frame."""
-    found = finite_rows(positions) & finite_rows(rotations)
+    has_pose = finite_rows(positions) & finite_rows(rotations)
     quaternions = np.empty((0, 4))
-    if found.any():
-        quaternions = scipy.spatial.transform.Rotation.from_matrix(rotations[found]).as_quat()
+    if has_pose.any():
+        quaternions = scipy.spatial.transform.Rotation.from_matrix(rotations[has_pose]).as_quat()
     columns = [
-        *rr.Transform3D.columns(translation=positions[found], quaternion=quaternions),
-        *rr.TransformAxes3D.columns(axis_length=[2 * evaluation.result.tas.unit] * found.sum()),
+        *rr.Transform3D.columns(translation=positions[has_pose], quaternion=quaternions),
+        *rr.TransformAxes3D.columns(axis_length=[2 * evaluation.result.tas.unit] * has_pose.sum()),
     ]
-    _send(stream, evaluation, f"{name}/camera", found, columns)
+    _send(stream, evaluation, f"{name}/camera", has_pose, columns)
 
 
-def _send(stream: Any, evaluation: Evaluation, name: str, found: Booleans, columns: Any) -> None:
+def _send(stream: Any, evaluation: Evaluation, name: str, rows: Booleans, columns: Any) -> None:
     """Send what was found at some of the expected frames; it ends where the next has nothing."""
-    stream.send_columns(name, [_times(evaluation, found)], columns, strict=True)
-    ends = ~found & np.roll(found, 1)
+    stream.send_columns(name, [_times(evaluation, rows)], columns, strict=True)
+    ends = ~rows & np.roll(rows, 1)
     cleared = rr.Clear.columns(is_recursive=[False] * ends.sum())
     stream.send_columns(name, [_times(evaluation, ends)], cleared, strict=True)
 

@@ -99,14 +99,14 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
 
     def _values(self, gt_poses: Any, est_poses: Any) -> list[list[float]]:
         """Return the protocols of each scene; NaN where one has no value."""
-        found = []
+        values = []
         for gt, est in zip(gt_poses, est_poses, strict=True):
             gt, est = (frame.detach().cpu().double().numpy() for frame in (gt, est))
             cameras = ~np.isnan(gt[:, :3]).all(axis=(1, 2))
-            found.append(
+            values.append(
                 [_value(family, gt[cameras], est[cameras]) for family in self._protocols.values()]
             )
-        return found
+        return values
 
 
 def _value(family: Any, gt: Any, est: Any) -> float:

@@ -98,15 +98,15 @@ def _prescreened(gt: Floats, est: Floats, n: int, rng: np.random.Generator) -> I
         i, j, k = np.array(list(combinations(range(n_cameras), 3)), dtype=np.intp).reshape(-1, 3).T
         triplets = np.hstack([(i, j, k), (j, k, i), (k, i, j)])
         return triplets[:, _are_similar(gt, est, triplets)]
-    kept: Indices = np.empty((3, 0), dtype=np.intp)
+    similar: Indices = np.empty((3, 0), dtype=np.intp)
     drawn, batch = 0, 2 * n
-    while kept.shape[1] < n and drawn < DRAWS_PER_HYPOTHESIS * n:
+    while similar.shape[1] < n and drawn < DRAWS_PER_HYPOTHESIS * n:
         triplets = rng.integers(n_cameras, size=(3, batch))
-        kept = np.hstack([kept, triplets[:, _are_similar(gt, est, triplets)]])
+        similar = np.hstack([similar, triplets[:, _are_similar(gt, est, triplets)]])
         drawn += batch
-        missing = n - kept.shape[1]
-        batch = min(AT_ONCE, 64 + int(1.1 * missing * drawn / max(1, kept.shape[1])))
-    return kept[:, :n]
+        missing = n - similar.shape[1]
+        batch = min(AT_ONCE, 64 + int(1.1 * missing * drawn / max(1, similar.shape[1])))
+    return similar[:, :n]
 
 
 def _are_similar(gt: Floats, est: Floats, triplets: Indices) -> Booleans:

@@ -43,20 +43,20 @@ def _work(options: Namespace) -> list[str]:
         tables = {PUBLISHED / p.relative_to(options.results): to_csv(_read(p)) for p in paths}
         return [f"published {path}" for path in write_files(tables)]
     published = [path.relative_to(PUBLISHED) for path in sorted(PUBLISHED.rglob("*.csv"))]
-    found = [name for name in published if options.results / name in paths]
-    if not found:
+    present = [name for name in published if options.results / name in paths]
+    if not present:
         raise CommandError(f"{options.results} has no published table; run: snakemake figures")
     differing = {}
-    for name in found:
+    for name in present:
         if differences := list(_differences(_read(options.results / name), PUBLISHED / name)):
             differing[options.results / name] = differences
     if differing:
         texts = [f"{path} ({_list(differences)})" for path, differences in differing.items()]
         raise CommandError(f"not as published: {', '.join(texts)}")
     missing = [
-        f"{options.results / name} does not exist" for name in published if name not in found
+        f"{options.results / name} does not exist" for name in published if name not in present
     ]
-    return [f"{options.results / name} is as published" for name in found] + missing
+    return [f"{options.results / name} is as published" for name in present] + missing
 
 
 def _list(differences: Sequence[str]) -> str:

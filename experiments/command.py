@@ -29,16 +29,16 @@ class ConfigError(CommandError):
 
 def problems(error: ValidationError) -> list[tuple[str, str]]:
     """Return the keys that a validation failed at, and what is wrong with their values."""
-    found: list[Any] = error.errors(include_url=False)
-    return [_problem(details) for details in found]
+    errors: list[Any] = error.errors(include_url=False)
+    return [_problem(details) for details in errors]
 
 
 def _problem(details: Mapping[str, Any]) -> tuple[str, str]:
-    place, wrong = list(details["loc"]), _wrong(details)
-    if place[-1:] == ["[key]"]:  # so pydantic marks a key that is at fault itself
-        *place, key, _ = place
+    location, wrong = list(details["loc"]), _wrong(details)
+    if location[-1:] == ["[key]"]:  # so pydantic marks a key that is at fault itself
+        *location, key, _ = location
         wrong = f"has the key {brief(key)}, which {wrong}"
-    return ".".join(map(str, place)), wrong
+    return ".".join(map(str, location)), wrong
 
 
 def _wrong(details: Mapping[str, Any]) -> str:

@@ -272,5 +272,5 @@ def read_yaml(path: Path, kind: type[T]) -> T:
     try:
         return TypeAdapter(kind).validate_python({} if content is None else content)
     except ValidationError as error:
-        found = "; ".join(" ".join(problem).strip() for problem in problems(error)[:SHOWN])
-        raise ConfigError(f"{path}: {found}") from None
+        reasons = "; ".join(" ".join(problem).strip() for problem in problems(error)[:SHOWN])
+        raise ConfigError(f"{path}: {reasons}") from None

@@ -191,15 +191,15 @@ class Column:
         """Read a column's name; refuse an unknown metric, option or value."""
         name, bracket, inside = text.partition("(")
         try:
-            known = cls(name)._options.model_fields
+            fields = cls(name)._options.model_fields
         except ValueError as error:
             raise ConfigError(str(error)) from None
         pairs = inside.removesuffix(")").split(",") if bracket else []
         options = {}
         for pair in pairs:
             key, _, value = (part.strip() for part in pair.partition("="))
-            if key not in known or not inside.endswith(")"):
-                choice = ", ".join(known) or "none"
+            if key not in fields or not inside.endswith(")"):
+                choice = ", ".join(fields) or "none"
                 raise ConfigError(
                     f"metric {text!r} has no option {key!r}; the options are {choice}"
                 )
@@ -317,8 +317,8 @@ class Batch:
 
     def pas(self, options: PASOptions) -> Floats:
         """Weigh TAS and RAS."""
-        given = options.model_dump(exclude={"weight"}, exclude_none=True)
-        tas = TASOptions(**{**self.settings.tas.model_dump(), **given})
+        arguments = options.model_dump(exclude={"weight"}, exclude_none=True)
+        tas = TASOptions(**{**self.settings.tas.model_dump(), **arguments})
         return options.weight * self.tas(tas) + (1 - options.weight) * self.ras(self.settings.ras)
 
     def maa(self, options: MAAOptions) -> Floats:
@@ -330,8 +330,8 @@ class Batch:
         """The mAA in all ways that are asked for: the pairs are the same."""
         ways = list(dict.fromkeys(self._counts))
         counts = [Count(**way.model_dump()) for way in ways]
-        found = np.array([maa_by_counts(scene.cameras, counts) for scene in self.scenes])
-        return dict(zip(ways, found.T, strict=True))
+        areas = np.array([maa_by_counts(scene.cameras, counts) for scene in self.scenes])
+        return dict(zip(ways, areas.T, strict=True))
 
     def half_distance(self, options: HalfDistanceOptions) -> list[float]:
         """Return the smallest units at which the TAS reaches one half, or another score."""
@@ -394,11 +394,11 @@ class Batch:
 
     @cached_property
     def _rotation_errors(self) -> list[Floats]:
-        found = ras_batch(
+        result = ras_batch(
             [scene.gt_rotations for scene in self.scenes],
             [scene.est_rotations for scene in self.scenes],
         )
-        return np.split(found.errors, found.starts[1:-1])
+        return np.split(result.errors, result.starts[1:-1])
 
     @cached_property
     def _l1_errors(self) -> list[Floats]:
@@ -432,13 +432,13 @@ class Batch:
         """Evaluate all scenes with the same number of estimated cameras at once."""
         cameras = [scene.estimated.arrays for scene in self.scenes]
         counts = np.array([len(positions) for positions, *_ in cameras])
-        found: dict[str, Floats] = {}
+        results: dict[str, Floats] = {}
         for count in np.unique(counts):
             scenes = np.flatnonzero(counts == count)
             stacks = map(np.stack, zip(*(cameras[scene] for scene in scenes), strict=True))
             for name, values in function(*stacks).items():
-                found.setdefault(name, np.empty(len(counts)))[scenes] = values
-        return found
+                results.setdefault(name, np.empty(len(counts)))[scenes] = values
+        return results
 
 
 def _registration(options: TASOptions) -> str | Registration:

@@ -132,12 +132,12 @@ def read_record(path: Path) -> Record:
         record = json.loads(text)
         sweeps, digest = SWEEPS.validate_json(json.dumps(record["sweeps"])), record["sha256"]
         keys = ("packages", "git", "python", "platform")
-        found = Record(sweeps, {key: record[key] for key in keys})
+        result = Record(sweeps, {key: record[key] for key in keys})
     except (AttributeError, KeyError, RecursionError, TypeError, ValidationError, ValueError):
         raise TableError(record_path, "is not the record of a table of trials") from None
     if digest != sha256(content).hexdigest():
         raise TableError(path, f"was changed, or {record_path.name} is not its record")
-    return found
+    return result
 
 
 def read_trials(path: Path) -> Trials:

@@ -65,8 +65,8 @@ class Curves:
 
     def spread(self, metric: str) -> Floats:
         """Return the smallest value, the mean and the largest: (3, series, levels)."""
-        found = self.trials.table.groupby([self.series, self.levels[0]])[metric]
-        return np.stack([found.agg(name).unstack() for name in ("min", "mean", "max")])
+        groups = self.trials.table.groupby([self.series, self.levels[0]])[metric]
+        return np.stack([groups.agg(name).unstack() for name in ("min", "mean", "max")])
 
 
 def write_value(setting: str, value: float) -> str:

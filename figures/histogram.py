@@ -25,11 +25,11 @@ def draw(trials: Trials) -> Figure:
     top, bottom = figure.subplots(2)
     top.set_xlabel(f"threshold in units of d (d = {unit:.3f})")
     bottom.set_xlabel("threshold in degrees")
-    for axes, errors, name, found, scale in (
+    for axes, errors, name, result, scale in (
         (top, "Position errors", "TAS", scores.tas, unit),
         (bottom, "Rotation errors", "RAS", scores.ras, 1.0),
     ):
-        thresholds, frequency = found.thresholds / scale, found.cumulative_frequency
-        score_panel(axes, thresholds, frequency, len(found.errors), name=name, score=found.score)
+        thresholds, frequency = result.thresholds / scale, result.cumulative_frequency
+        score_panel(axes, thresholds, frequency, len(result.errors), name=name, score=result.score)
         style.remark(axes, axes.set_title(errors), "number of cameras below the threshold")
     return figure

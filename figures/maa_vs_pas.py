@@ -29,8 +29,8 @@ def draw(outliers: Trials, length: Trials, collinear: Trials) -> Figure:
             panel(axes, curves, metric)
         x_labels(bottom, curves)
         left = 0.05 + i * style.PAGE / len(COLUMNS)
-        place = left / style.PAGE, 1 - 0.04 / figure.get_figheight()
-        title = figure.text(*place, heading, size=style.TITLE, weight="bold", va="top")
+        corner = left / style.PAGE, 1 - 0.04 / figure.get_figheight()
+        title = figure.text(*corner, heading, size=style.TITLE, weight="bold", va="top")
         style.remark(top, title, remark).set_in_layout(False)
     glyph_key(figure, curves, 0.22, series="outlier or camera counts")
     return figure

@@ -119,8 +119,8 @@ def _costs(folder: Path) -> list[dict[Any, Any]]:
     ]
     if not jobs:
         return []
-    found = pd.concat(jobs).groupby("folder", sort=False)
-    sums = found.agg(jobs=("s", "size"), seconds=("cpu_time", "sum"), memory=("max_rss", "max"))
+    groups = pd.concat(jobs).groupby("folder", sort=False)
+    sums = groups.agg(jobs=("s", "size"), seconds=("cpu_time", "sum"), memory=("max_rss", "max"))
     return sums.reset_index().to_dict("records")
 
 

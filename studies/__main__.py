@@ -29,8 +29,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _answers() -> dict[str, Answer]:
-    found = find_studies()
-    return {name: study.answer for name, study in found.items() if study.answer is not None}
+    studies = find_studies()
+    return {name: study.answer for name, study in studies.items() if study.answer is not None}
 
 
 def _work(options: Namespace) -> list[Path]:

@@ -99,8 +99,8 @@ def failing_gates(gates: int, seed: int = 0) -> int:
     failed = 0
     for _ in range(gates):
         now, saved = drawn(), drawn()
-        found = changes(now, "saved.json", saved.results, "PAS").systems
-        failed += any(one.change == "worse" for one in found)
+        changed = changes(now, "saved.json", saved.results, "PAS").systems
+        failed += any(one.change == "worse" for one in changed)
     return failed
 
 

@@ -101,12 +101,12 @@ def shares(values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]]) -> lis
     probability.
     """
     levels = [np.asarray(level, dtype=np.float64) for level in values]
-    found = [np.zeros(len(level)) for level in levels]
+    totals = [np.zeros(len(level)) for level in levels]
     for better, worse in pairs:
         right = in_order(levels[better], levels[worse])
-        found[better] += right.mean(axis=1) / len(pairs)
-        found[worse] += right.mean(axis=0) / len(pairs)
-    return found
+        totals[better] += right.mean(axis=1) / len(pairs)
+        totals[worse] += right.mean(axis=0) / len(pairs)
+    return totals
 
 
 def in_order(better: Floats, worse: Floats) -> Floats:
@@ -114,10 +114,10 @@ def in_order(better: Floats, worse: Floats) -> Floats:
     return beats(worse, better[:, None])  # larger is worse
 
 
-def estimate(found: Sequence[Floats] | Floats) -> Order:
+def estimate(shares_right: Sequence[Floats] | Floats) -> Order:
     """Return the probability that shares sum to, with its error over independent trials."""
-    probability = sum(float(unit.mean()) for unit in found) / 2
-    variance = sum(unit.var(ddof=1) / len(unit) if len(unit) > 1 else inf for unit in found)
+    probability = sum(float(unit.mean()) for unit in shares_right) / 2
+    variance = sum(unit.var(ddof=1) / len(unit) if len(unit) > 1 else inf for unit in shares_right)
     return Order(probability, float(np.sqrt(variance)))
 
 
@@ -144,6 +144,6 @@ def trials_needed(probability: float) -> float:
     return float(ceil(reach**2 / (6 * (probability - 0.5) ** 2)))
 
 
-def needed(found: Order) -> float:
+def needed(order: Order) -> float:
     """Return `trials_needed` of an estimate; infinite where it may be chance."""
-    return inf if found.interval[0] <= 0.5 else trials_needed(found.probability)
+    return inf if order.interval[0] <= 0.5 else trials_needed(order.probability)

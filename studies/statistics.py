@@ -130,7 +130,7 @@ def mean_change(trials: pd.DataFrame, metric: str, level: Sequence[str], take: s
 
 def order_percentages(trials: pd.DataFrame, metric: str, level: Sequence[str]) -> list[float]:
     """Probabilities of the right order, in per cent; for each group, as in `powers`."""
-    return [100 * found.probability for name in level for found in orders(trials, metric, name)]
+    return [100 * order.probability for name in level for order in orders(trials, metric, name)]
 
 
 def mean_order(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
@@ -147,8 +147,10 @@ def order_change_size(
     after: Where,
 ) -> float:
     """Change, up or down, of the probability of the right order from some cells to others."""
-    found = (order_percentages(select(trials, where), metric, level) for where in (after, before))
-    now, then = map(SUMMARIES[take], found)
+    percentages = (
+        order_percentages(select(trials, where), metric, level) for where in (after, before)
+    )
+    now, then = map(SUMMARIES[take], percentages)
     return float(abs(now - then))
 
 

@@ -213,8 +213,8 @@ def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings
 
 def _outputs(arguments: argparse.Namespace) -> list[tuple[str, Path]]:
     """Return the options that save a file, with the file."""
-    given = ("--html", arguments.html), ("--markdown", arguments.markdown)
-    return [(option, Path(file)) for option, file in given if file and file != "-"]
+    outputs = ("--html", arguments.html), ("--markdown", arguments.markdown)
+    return [(option, Path(file)) for option, file in outputs if file and file != "-"]
 
 
 def _inputs(
@@ -226,8 +226,8 @@ def _inputs(
     yield from benchmark.files
     if arguments.baseline:
         yield arguments.baseline
-    for found in benchmark.runs:
-        if (frames := settings_of_run(benchmark, found, settings).frames) is not None:
+    for run in benchmark.runs:
+        if (frames := settings_of_run(benchmark, run, settings).frames) is not None:
             yield str(frames)
 
 
@@ -252,11 +252,11 @@ def _print_notes(comparison: Comparison, arguments: argparse.Namespace) -> None:
 def _show_found(benchmark: Benchmark) -> None:
     for sequence, reference in benchmark.references.items():
         print(printable(f"{sequence}: {reference}"))
-        for found in benchmark.runs:
-            if found.sequence == sequence:
-                print(printable(f"  {found.system}, run {found.run}: {found.file or 'missing'}"))
-    systems = {found.system for found in benchmark.runs}
-    missing = sum(found.file is None for found in benchmark.runs)
+        for run in benchmark.runs:
+            if run.sequence == sequence:
+                print(printable(f"  {run.system}, run {run.run}: {run.file or 'missing'}"))
+    systems = {run.system for run in benchmark.runs}
+    missing = sum(run.file is None for run in benchmark.runs)
     print(
         f"{len(benchmark.references)} sequences, {len(systems)} systems, "
         f"{len(benchmark.runs)} runs, {missing} of them missing"

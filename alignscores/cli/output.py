@@ -64,7 +64,7 @@ def show_table(scored: Sequence[Evaluation], notes: Sequence[str], *, verbose: b
     settings, columns = scored[0].settings, shutil.get_terminal_size((120, 0)).columns
     print_notes(scored, notes)
     if settings.metrics:
-        rows = {found.name: found.to_dict()["metrics"] for found in scored}
+        rows = {evaluation.name: evaluation.to_dict()["metrics"] for evaluation in scored}
         print(metric_table(rows, settings, columns))
     else:
         text, left_out = table(scored, columns)
@@ -72,7 +72,7 @@ def show_table(scored: Sequence[Evaluation], notes: Sequence[str], *, verbose: b
         if left_out:
             print(f"too narrow for: {', '.join(left_out)}")
     print(conditions(scored))
-    scales = {found.name: found.scale for found in scored}
+    scales = {evaluation.name: evaluation.scale for evaluation in scored}
     if not settings.metrics and (scale := scale_note(scales, settings)):
         print(scale)
     if verbose and not settings.metrics:

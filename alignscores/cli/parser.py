@@ -82,9 +82,9 @@ class Parser(argparse.ArgumentParser):
 
     def settings(self, arguments: argparse.Namespace) -> Settings:
         """Return the settings that were given."""
-        given = vars(arguments)
+        values = vars(arguments)
         try:
-            return Settings(**{name: given[name] for name in options() if name in given})
+            return Settings(**{name: values[name] for name in options() if name in values})
         except ValueError as error:
             self.error(str(error))
 

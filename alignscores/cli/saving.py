@@ -30,7 +30,7 @@ Targets = Mapping[str, tuple[Path, str]]  # as of `targets`
 def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]) -> None:
     """Check that the outputs, by option, can be written and replace no input or other output."""
     files = [file for path in inputs for file in files_below(path)]
-    known = {_identity(file): file for file in files}
+    input_of = {_identity(file): file for file in files}
     used: dict[Path, str] = {}
     for option, path in outputs:
         try:
@@ -39,7 +39,7 @@ def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]
         except OSError as error:
             raise ValueError(f"{option} {path} cannot be written ({error.strerror})") from None
         identity = _identity(path)
-        if identity and (replaced := known.get(identity)):
+        if identity and (replaced := input_of.get(identity)):
             raise ValueError(f"{option} {path} would replace the input {replaced}; name another")
         target = path.parent.resolve() / path.name
         if target in used:

@@ -30,7 +30,7 @@ def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[st
     headers = [header.format(unit=unit) for header in COLUMNS]
     rows = [headers, *map(_cells, evaluations)]
     widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
-    names = shortened(["estimate", *(found.name for found in evaluations)], LONGEST)
+    names = shortened(["estimate", *(evaluation.name for evaluation in evaluations)], LONGEST)
     width = max(map(text_width, names))
     shown = list(range(len(headers)))
     while width + sum(widths[k] + 2 for k in shown) > columns and len(shown) > len(ALWAYS):

@@ -44,9 +44,9 @@ class Change:
     def to_dict(self) -> dict[str, Any]:
         """Return its entry of the JSON output."""
         now, saved = self.pair.means
-        found = {"system": self.system, "saved": saved, "now": now, "wins": self.pair.wins}
-        found |= self.pair.interval()
-        return found | {"p_worse": self.worse, "p_better": self.better, "change": self.change}
+        entry = {"system": self.system, "saved": saved, "now": now, "wins": self.pair.wins}
+        entry |= self.pair.interval()
+        return entry | {"p_worse": self.worse, "p_better": self.better, "change": self.change}
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +63,8 @@ class Changes:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON output has of it, in which numbers may not be finite."""
-        found = {"file": printable(self.file), "metric": self.metric, "notes": self.notes}
-        return found | {"systems": [one.to_dict() for one in self.systems]}
+        entry = {"file": printable(self.file), "metric": self.metric, "notes": self.notes}
+        return entry | {"systems": [one.to_dict() for one in self.systems]}
 
     def table(self, names: Mapping[str, str]) -> Table:
         """Return a row for each system."""
@@ -106,8 +106,8 @@ def _saved_run(result: Mapping[str, Any]) -> Result:
     texts += [result[name] or "" for name in ("file", "error")]
     if not all(isinstance(text, str) for text in texts):
         raise TypeError
-    found = {name: result[name] for name in COLUMNS} | result["metrics"]
-    values = {name: metric(name).worst if v is None else float(v) for name, v in found.items()}
+    scores = {name: result[name] for name in COLUMNS} | result["metrics"]
+    values = {name: metric(name).worst if v is None else float(v) for name, v in scores.items()}
     run = Run(result["sequence"], result["system"], result["run"], result["file"])
     unit, error = float(result["unit"] or math.nan), result["error"] or ""
     return Result(run, Outcome(values, unit=unit, error=error))
@@ -121,8 +121,8 @@ def changes(
         dict.fromkeys((result.run.system, result.run.sequence) for result in own)
         for own in (summary.results, saved)
     )
-    gone = [place for place in were if place not in places]
-    new = [place for place in places if place not in were]
+    gone = [key for key in were if key not in places]
+    new = [key for key in places if key not in were]
     notes = [
         f"{what}: {first_few([printable(f'{system} on {s}') for system, s in own])}"
         for what, own in (("new", new), ("gone", gone))

@@ -64,14 +64,14 @@ def from_files(
     sequence = Path(reference).stem
     runs = [
         Run(sequence, system, str(number), str(file))
-        for system, given in estimates.items()
-        for number, file in enumerate([given] if isinstance(given, FilePath) else given, 1)
+        for system, paths in estimates.items()
+        for number, file in enumerate([paths] if isinstance(paths, FilePath) else paths, 1)
     ]
     if not runs:
         raise ValueError("there are no estimates to compare")
-    found = [reference, *(str(run.file) for run in runs)]
+    paths = [reference, *(str(run.file) for run in runs)]
     return Benchmark(
-        format or recognise(reference, columns), {sequence: reference}, runs, [], found
+        format or recognise(reference, columns), {sequence: reference}, runs, [], paths
     )
 
 
@@ -99,22 +99,22 @@ def from_patterns(
     default = {"sequence": Path(reference).stem, "run": "1"}
     references = _by_fields(found_refs, FIELDS[:1], default, problems)
     estimates = _by_fields(found_ests, FIELDS, default, problems)
-    kept = _with_runs(references, {key[0] for key in estimates}, sequences, problems)
+    with_runs = _with_runs(references, {key[0] for key in estimates}, sequences, problems)
     expected = expected or {}
     complete: list[Run] = []
     for system in sorted({*systems, *(key[1] for key in estimates)}, key=_natural):
-        paths: dict[str, dict[str, str]] = {sequence: {} for sequence in kept}
+        paths: dict[str, dict[str, str]] = {sequence: {} for sequence in with_runs}
         for (sequence, name, run), path in estimates.items():
-            if name == system and sequence in kept:
+            if name == system and sequence in with_runs:
                 paths[sequence][run] = path
         if any(paths.values()):
             number = expected.get(system, expected.get(""))
             complete += _runs_of_system(system, paths, number, expect_all)
         else:
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
-    complete.sort(key=lambda run: list(kept).index(run.sequence))
+    complete.sort(key=lambda run: list(with_runs).index(run.sequence))
     form = format or recognise(next(iter(found_refs)), columns)
-    return Benchmark(form, kept, complete, problems, [*found_refs, *found_ests])
+    return Benchmark(form, with_runs, complete, problems, [*found_refs, *found_ests])
 
 
 def _found(
@@ -130,29 +130,29 @@ def _found(
         )
     references, estimates = ref_pattern.find(problems), est_pattern.find(problems)
     # data/{sequence}/{system}.txt matches the reference, too, and so may a model's files.
-    known = set(map(Path, references))
+    reference_paths = set(map(Path, references))
     for path in list(estimates):
-        if not known.isdisjoint([Path(path), *Path(path).parents]):
+        if not reference_paths.isdisjoint([Path(path), *Path(path).parents]):
             del estimates[path]
-    for wanted, found, pattern in (
+    for wanted, matched, pattern in (
         ("reference", references, reference),
         ("estimate", estimates, estimate),
     ):
-        if not found:
+        if not matched:
             reasons = [f"no {wanted} matches the pattern {pattern}", *problems[:1]]
             raise ValueError("; ".join(reasons))
     return references, estimates
 
 
 def _by_fields(
-    found: Mapping[str, Mapping[str, str]],
+    files: Mapping[str, Mapping[str, str]],
     fields: Sequence[str],
     default: Mapping[str, str],
     problems: list[str],
 ) -> Found:
     """Return the path of each sequence or run; those with several paths are a problem."""
     paths = defaultdict(list)
-    for path, values in found.items():
+    for path, values in files.items():
         paths[tuple({**default, **values}[name] for name in fields)].append(path)
     for key, several in paths.items():
         if several[1:]:
@@ -183,13 +183,13 @@ def _runs_of_system(
     number = expected or len(longest)
     names = dict.fromkeys([*sorted(longest, key=_natural), *map(str, range(1, number + 1))])
     runs = []
-    for sequence, found in paths.items():
-        if not found and expected is None and not expect_all:  # not tried, so not failed
+    for sequence, files in paths.items():
+        if not files and expected is None and not expect_all:  # not tried, so not failed
             continue
-        lacking = [name for name in names if name not in found][: max(number - len(found), 0)]
+        lacking = [name for name in names if name not in files][: max(number - len(files), 0)]
         runs += [
-            Run(sequence, system, name, found.get(name))
-            for name in sorted([*found, *lacking], key=_natural)
+            Run(sequence, system, name, files.get(name))
+            for name in sorted([*files, *lacking], key=_natural)
         ]
     return runs
 

@@ -358,10 +358,12 @@ def _notes_of_sequences(runs: Sequence[tuple[Run, Outcome]]) -> list[tuple[str, 
     """Return sequence and text of the notes that are about all of its runs."""
     notes: list[tuple[str, str]] = []
     for sequence in dict.fromkeys(run.sequence for run, _ in runs):
-        timed = [found for run, found in runs if run.sequence == sequence and len(found.stamps)]
-        covered = [found.statuses != LOST for found in timed]
-        of_all = ends_notes([found.stamps for found in timed], covered)
-        of_all += chance_notes([found.chance for found in timed])
+        timed = [
+            outcome for run, outcome in runs if run.sequence == sequence and len(outcome.stamps)
+        ]
+        covered = [outcome.statuses != LOST for outcome in timed]
+        of_all = ends_notes([outcome.stamps for outcome in timed], covered)
+        of_all += chance_notes([outcome.chance for outcome in timed])
         notes += [(sequence, str(note)) for note in of_all]
     return notes
 
@@ -388,8 +390,8 @@ def _name(run: Run) -> str:
 def _alike(system: str, notes: Iterable[tuple[str, str]]) -> list[str]:
     """Return each note once, after the first place that it is about, with the number of others."""
     alike: dict[str, list[str]] = {}
-    for place, note in notes:
-        alike.setdefault(re.sub(r"[\d.]+", "", note), []).append(f"{place}: {note}")
+    for run, note in notes:
+        alike.setdefault(re.sub(r"[\d.]+", "", note), []).append(f"{run}: {note}")
     of = f" of {system}" if system else ""
     return [
         f"{first} (and alike for {len(others)} more{of})" if others else first

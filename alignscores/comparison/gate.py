@@ -44,16 +44,16 @@ def conditions_of(text: str, by: str, metrics: Collection[str]) -> list[Conditio
 def _condition(text: str, by: str, metrics: Collection[str]) -> Condition:
     if text == WORSE:
         return Condition(by, WORSE)
-    found = CONDITION.fullmatch(text)
-    if not found:
+    matched = CONDITION.fullmatch(text)
+    if not matched:
         form = "PAS<0.8, half>0.1, lost>5%, PAS drops 0.05"
         raise ValueError(f"{text!r} must be worse, or like {form}")
-    name, relation, value, percent = found.groups()
+    name, relation, value, percent = matched.groups()
     limit = float(value) / (100 if percent else 1)
     name = name if name in SHARES else metric(name).name
-    known = [*metrics, *SHARES] if relation in "<>" else metrics
-    if name not in known:
-        raise ValueError(f"{text!r}: {name} must be one of {', '.join(known)}")
+    names = [*metrics, *SHARES] if relation in "<>" else metrics
+    if name not in names:
+        raise ValueError(f"{text!r}: {name} must be one of {', '.join(names)}")
     return Condition(name, relation, limit)
 
 

@@ -47,7 +47,7 @@ class Pattern:
 
         A path in which a field may end at more than one place is left out: a line of the problems.
         """
-        found = {}
+        files = {}
         parts = TOKEN.split(self.text)
         parts[::2], parts[1::2] = map(glob.escape, parts[::2]), ["*"] * (len(parts) // 2)
         longest, shortest = self._expression(""), self._expression("?")
@@ -56,7 +56,7 @@ class Pattern:
             if match is None or other is None:
                 continue  # a repeated field that differs
             if match.groupdict() == other.groupdict():
-                found[path] = match.groupdict()
+                files[path] = match.groupdict()
             else:
                 ways = (
                     ", ".join(f"{name} {value!r}" for name, value in way.groupdict().items())
@@ -66,7 +66,7 @@ class Pattern:
                     f"{path}: matches {self.text} in more than one way ({'; or '.join(ways)}); "
                     "left out"
                 )
-        return found
+        return files
 
     def fill(self, values: Mapping[str, str]) -> str:
         """Return the path for some values of the fields."""

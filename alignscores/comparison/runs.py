@@ -163,11 +163,11 @@ def _score(evaluation: Evaluation, name: str) -> float:
     value = evaluation.value(name)
     if value is not None:
         return value
-    known = metric(name)
-    if known.family.rotations and not evaluation.has_rotations:
+    entry = metric(name)
+    if entry.family.rotations and not evaluation.has_rotations:
         return math.nan
     distances = {"half_distance": evaluation.half_distance, **evaluation.metrics}
-    return distances.get(name, math.nan if known.family in LEVELS else known.worst)
+    return distances.get(name, math.nan if entry.family in LEVELS else entry.worst)
 
 
 def _stored(file: Path) -> Outcome | None:

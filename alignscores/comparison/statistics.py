@@ -129,8 +129,8 @@ def _wins(ties: tuple[int, ...], n: int) -> Floats:
     for rank in ranks:
         counts[1:, rank:] += counts[:-1, :-rank].copy()
     least = fewer * (fewer + 1)
-    found = counts[fewer, least : least + 2 * n_pairs + 1] / math.comb(len(ranks), n)
-    return found if fewer == n else found[::-1]
+    probabilities = counts[fewer, least : least + 2 * n_pairs + 1] / math.comb(len(ranks), n)
+    return probabilities if fewer == n else probabilities[::-1]
 
 
 def _ties(a: Floats, b: Floats) -> tuple[int, ...]:

@@ -100,8 +100,8 @@ class Entry:
         values = self._means(lambda result: result.outcome.scores[name])
         if self.sequence is not None:
             values = [result.outcome.scores[name] for result in self.results[self.sequence]]
-        known = len(values) > 1 and bool(np.isfinite(values).all())
-        return float(np.std(values, ddof=1)) if known else math.nan
+        is_defined = len(values) > 1 and bool(np.isfinite(values).all())
+        return float(np.std(values, ddof=1)) if is_defined else math.nan
 
     def _means(self, value: Callable[[Result], float]) -> list[float]:
         return [_mean(map(value, own)) for own in self.results.values()]
@@ -110,8 +110,8 @@ class Entry:
         """Return a row of the JSON output, CSV and table of pandas."""
         results = [result for own in self.results.values() for result in own]
         low, high = self.failing
-        known = (result.outcome.unit for result in results if np.isfinite(result.outcome.unit))
-        found = {
+        units = (result.outcome.unit for result in results if np.isfinite(result.outcome.unit))
+        entry = {
             "system": self.system,
             "sequence": self.sequence,
             "sequences": len(self.results),
@@ -122,14 +122,14 @@ class Entry:
             "n": sum(result.outcome.n for result in results),
             "failures": sum(result.outcome.failures for result in results),
             "lost": self.lost,
-            "unit": next(known, None) if self.sequence is not None else None,
+            "unit": next(units, None) if self.sequence is not None else None,
         }
         for name, rank in self.ranks.items():
-            found[name] = self.mean(name)
-            found[f"{name}_sd"] = self.deviation(name)
-            found[f"{name}_scored"] = self.mean_of_scored(name)
-            found[f"{name}_rank_best"], found[f"{name}_rank_worst"] = rank or (None, None)
-        return found
+            entry[name] = self.mean(name)
+            entry[f"{name}_sd"] = self.deviation(name)
+            entry[f"{name}_scored"] = self.mean_of_scored(name)
+            entry[f"{name}_rank_best"], entry[f"{name}_rank_worst"] = rank or (None, None)
+        return entry
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +175,8 @@ class Pair:
 
     def interval(self) -> dict[str, float]:
         """Return the difference of the means with its interval, as the JSON output has them."""
-        found = self.difference
-        return {"difference": found.value, "low": found.low, "high": found.high}
+        difference = self.difference
+        return {"difference": difference.value, "low": difference.low, "high": difference.high}
 
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of the JSON output, in which numbers may be unknown (NaN)."""
@@ -280,10 +280,10 @@ def summarise(
 
 def by_system(results: Iterable[Result]) -> dict[str, dict[str, list[Result]]]:
     """Return runs by system and sequence."""
-    found: dict[str, dict[str, list[Result]]] = {}
+    systems: dict[str, dict[str, list[Result]]] = {}
     for result in results:
-        found.setdefault(result.run.system, {}).setdefault(result.run.sequence, []).append(result)
-    return found
+        systems.setdefault(result.run.system, {}).setdefault(result.run.sequence, []).append(result)
+    return systems
 
 
 def _results(
@@ -305,8 +305,8 @@ def _results(
 
 def _mean(values: Iterable[float]) -> float:
     """Return the mean; distances that are not given, of too few cameras, are left out."""
-    given = [value for value in values if not math.isnan(value)]
-    return float(np.mean(given)) if given else math.nan
+    defined = [value for value in values if not math.isnan(value)]
+    return float(np.mean(defined)) if defined else math.nan
 
 
 def _sign(name: str) -> int:
@@ -379,9 +379,9 @@ def _values(own: Sequence[Result], name: str) -> Floats:
 
 def _in_order(own: Sequence[Result], name: str) -> Floats:
     """Return values, larger ones better; a failed run loses to every other."""
-    given = [result for result in own if not math.isnan(result.outcome.scores[name])]
+    scored = [result for result in own if not math.isnan(result.outcome.scores[name])]
     return np.array(
-        [-math.inf if r.failed else _sign(name) * r.outcome.scores[name] for r in given]
+        [-math.inf if r.failed else _sign(name) * r.outcome.scores[name] for r in scored]
     )
 
 

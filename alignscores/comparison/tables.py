@@ -89,8 +89,8 @@ def _by_sequence(summary: Summary, by: str) -> Table:
 
 def _unit(summary: Summary, sequence: str) -> float:
     """Return d of a sequence, the same for all runs."""
-    found = [r.outcome.unit for r in summary.results if r.run.sequence == sequence]
-    return next(filter(math.isfinite, found), math.nan)
+    units = [r.outcome.unit for r in summary.results if r.run.sequence == sequence]
+    return next(filter(math.isfinite, units), math.nan)
 
 
 def _rank(entry: Entry, by: str) -> Cell:

@@ -38,11 +38,11 @@ def p_text(p: float) -> str:
     return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
 
 
-def difference_text(found: Interval, significant: bool) -> str:
+def difference_text(interval: Interval, significant: bool) -> str:
     """Return a difference, with its interval where it is significant, so that both agree."""
-    text = f"{found.value:+.3f}"
-    known = significant and math.isfinite(found.low)
-    return f"{text} ({found.low:.3f} to {found.high:.3f})" if known else text
+    text = f"{interval.value:+.3f}"
+    has_interval = significant and math.isfinite(interval.low)
+    return f"{text} ({interval.low:.3f} to {interval.high:.3f})" if has_interval else text
 
 
 def _of_pair(pair: Pair, by: str, names: Mapping[str, str]) -> str:
@@ -83,12 +83,12 @@ def _not_tested(
     summary: Summary, order: Sequence[str], tested: Sequence[Pair], names: Mapping[str, str]
 ) -> list[str]:
     """Return which systems were not tested, and why."""
-    known = {system for pair in tested for system in (pair.a, pair.b)}
+    systems = {system for pair in tested for system in (pair.a, pair.b)}
     reasons: dict[str, list[str]] = {}
     for system in order:
         entry = summary.entries[system, None]
         reason = "one run a sequence" if entry.runs == len(entry.results) else "too few runs"
-        if system not in known:
+        if system not in systems:
             reasons.setdefault(reason, []).append(names[system])
     return [f"{first_few(own)}: {reason}, not tested." for reason, own in reasons.items()]
 

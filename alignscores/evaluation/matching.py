@@ -61,11 +61,13 @@ def in_memory(reference: Any, estimate: Any, times: Any = None) -> tuple[Any, An
             "times need two arrays of poses; files and Trajectory have their own stamps"
         )
     stamps = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
-    for (name, poses), given in zip(arrays.items(), stamps, strict=False):
-        keys = np.arange(len(poses)) if given is None else real_array(given, "times")
+    for (name, poses), stamps_of_one in zip(arrays.items(), stamps, strict=False):
+        keys = (
+            np.arange(len(poses)) if stamps_of_one is None else real_array(stamps_of_one, "times")
+        )
         both[name] = checked(Trajectory(keys, poses), name)
-    found = [read_colmap(value) if is_model(value) else value for value in both.values()]
-    return found[0], found[1]
+    trajectories = [read_colmap(value) if is_model(value) else value for value in both.values()]
+    return trajectories[0], trajectories[1]
 
 
 def with_format(settings: Settings, reference: Any, estimate: Any) -> Settings:
@@ -170,11 +172,11 @@ def match_estimate(
         shown = ["missing"] if settings.form.missing else []
         shown += ["t_max_diff", "t_offset", "max_gap", "t_start", "t_end"] if timed else []
         options = {name: getattr(settings, name) for name in shown}
-        given = ", ".join(f"--{key} {value}" for key, value in options.items() if value is not None)
+        words = ", ".join(f"--{key} {value}" for key, value in options.items() if value is not None)
         hint = unit_hint(reference.keys, estimate.keys) if timed else ""
         raise ValueError(
             f"only {matches.n_poses} of {len(estimate.keys)} poses could be matched to the "
-            f"reference, and it takes 4{given and f' ({given})'}{hint}"
+            f"reference, and it takes 4{words and f' ({words})'}{hint}"
         )
     return matches
 
@@ -199,9 +201,9 @@ def time_offset(
 
 def _found_offset(reference: Trajectory, estimate: Trajectory) -> float:
     """Return the offset at which the motions fit; 0 where none is certain."""
-    found = find_offset(reference, estimate, anywhere=True)
-    if found and found.certain:
-        return found.seconds
+    offset = find_offset(reference, estimate, anywhere=True)
+    if offset and offset.certain:
+        return offset.seconds
     if estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
         raise ValueError(
             "no time offset makes its motions fit the reference's; --t_offset X sets one"

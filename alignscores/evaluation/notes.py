@@ -70,18 +70,16 @@ def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
     of_matching = (*of_matching, lever_arm, indistinguishable)
     with_rotations = (convention, alignments_apart, low_score)
     of_mistakes = (clock, *(with_rotations if evaluation.has_rotations else ())) if check else ()
-    found = [note(evaluation) for note in (*of_matching, *of_mistakes)]
-    return [note for note in found if note]
+    notes = [note(evaluation) for note in (*of_matching, *of_mistakes)]
+    return [note for note in notes if note]
 
 
 def lever_arm(evaluation: Evaluation) -> Note | None:
     """Note a lever arm that was found."""
-    found = evaluation.lever_arm
-    if found is None or evaluation.settings.lever_arm != "auto":
+    arm = evaluation.lever_arm
+    if arm is None or evaluation.settings.lever_arm != "auto":
         return None
-    vector, errors = (
-        ", ".join(f"{x:.3f}" for x in values) for values in (found.vector, found.errors)
-    )
+    vector, errors = (", ".join(f"{x:.3f}" for x in values) for values in (arm.vector, arm.errors))
     return Note("lever_arm", f"lever arm {vector} (standard errors {errors}) found and applied")
 
 
@@ -162,14 +160,14 @@ def clock(evaluation: Evaluation) -> Note | None:
         added = evaluation.t_offset
         text = "no time offset added: none makes its motions fit clearly better"
         return Note("clock", f"time offset of {added:.4f} s added to its stamps" if added else text)
-    found = find_offset(evaluation.reference, evaluation.estimate)
-    if found is None or not found.certain:
+    offset = find_offset(evaluation.reference, evaluation.estimate)
+    if offset is None or not offset.certain:
         return None
     return Note(
         "clock",
-        f"its clock seems to be off: its {found.what} fit {found.gain:.1f} times as well with an "
+        f"its clock seems to be off: its {offset.what} fit {offset.gain:.1f} times as well with an "
         "offset",
-        f"add --t_offset {evaluation.t_offset + found.seconds:.3f}",
+        f"add --t_offset {evaluation.t_offset + offset.seconds:.3f}",
     )
 
 
@@ -179,19 +177,19 @@ def convention(evaluation: Evaluation) -> Note | None:
     if evaluation.body_rotation is not None:
         frame = describe_rotation(evaluation.body_rotation)
         return Note("frame", f"a constant rotation of the camera frame was removed: {frame}")
-    found = find_convention(
+    mistakes = find_convention(
         matches.pose_references,
         evaluation.estimate.poses[matches.pose_rows],
         quaternions=settings.est_form.quaternions,
     )
-    gain = f"RAS {found.ras:.2f} as it is, {found.corrected_ras:.2f} so"
+    gain = f"RAS {mistakes.ras:.2f} as it is, {mistakes.corrected_ras:.2f} so"
     frame = ""
-    if found.body_rotation is not None:
+    if mistakes.body_rotation is not None:
         frame = (
             "the camera frame is rotated against the reference's, "
-            f"{describe_rotation(found.body_rotation)}"
+            f"{describe_rotation(mistakes.body_rotation)}"
         )
-    if found.inverted:
+    if mistakes.inverted:
         now = "camera-to-world" if settings.invert else "world-to-camera"
         remedy = "leave out --invert" if settings.invert else "add --invert"
         return Note(
@@ -199,14 +197,14 @@ def convention(evaluation: Evaluation) -> Note | None:
             f"the poses in the file seem to be {now}{frame and ', and '}{frame} ({gain})",
             f"{remedy}, with --body_rotation auto" if frame else remedy,
         )
-    if found.rotations_inverted:
+    if mistakes.rotations_inverted:
         text = "the rotations in the file seem to be world-to-camera, its positions not"
         frame = frame and f", and {frame}"
         return Note("inverted rotations", f"{text}{frame} ({gain})", "transpose them in the file")
-    if found.quaternions_shifted:
+    if mistakes.quaternions_shifted:
         text = f"the quaternions seem to have w at the wrong end ({gain})"
         return Note("quaternions", text, "reorder them in the file")
-    if found.mirrored:
+    if mistakes.mirrored:
         text = "the positions fit the mirror image of the reference, as in a left-handed frame"
         return Note("mirrored", text, "correct the export: no rotation corrects it")
     return Note("frame", f"{frame} ({gain})", "--body_rotation auto removes it") if frame else None
@@ -276,10 +274,10 @@ def _stretch(seconds: Floats, far: Booleans) -> str:
 
 def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
     """Return the notes on a reference: time that no estimate covers, and its chance level."""
-    timed = [found for found in evaluations if found.matches.keys.dtype.kind == "f"]
-    matches = [found.matches for found in timed]
-    ends = ends_notes([found.keys for found in matches], [found.est_rows >= 0 for found in matches])
-    return [*ends, *chance_notes([found.chance for found in timed])]
+    timed = [one for one in evaluations if one.matches.keys.dtype.kind == "f"]
+    matches = [one.matches for one in timed]
+    ends = ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
+    return [*ends, *chance_notes([one.chance for one in timed])]
 
 
 def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[Note]:

@@ -26,7 +26,7 @@ def simulated_scores(poses: Floats, unit: float, settings: Settings) -> Floats:
         true[:, :3, 3] += sigma * rng.standard_normal((len(poses), 3))
         turns = np.radians(sigma_deg) * rng.standard_normal((len(poses), 3))
         true[:, :3, :3] @= scipy.spatial.transform.Rotation.from_rotvec(turns).as_matrix()
-        found = pas(
+        result = pas(
             poses,
             true,
             rng=settings.seed,
@@ -38,5 +38,5 @@ def simulated_scores(poses: Floats, unit: float, settings: Settings) -> Floats:
             alignment=settings.alignment,
             up=settings.up,
         )
-        scores.append((found.tas.score, found.ras.score, found.score))
+        scores.append((result.tas.score, result.ras.score, result.score))
     return np.transpose(scores)

@@ -75,17 +75,17 @@ class Option:
         """Return the number, or the word, that a text holds."""
         assert self.number is not None
         try:
-            found: float | str = self.checked(self.number(text))
+            value: float | str = self.checked(self.number(text))
         except ValueError:  # whose message would have the number, not the text
-            found = self.checked(text)
-        return found
+            value = self.checked(text)
+        return value
 
     def _several(self, value: Any) -> tuple[float, ...]:
         """Return numbers, also of a text."""
         with suppress(TypeError, ValueError):
-            found = tuple(map(float, value.split(",") if isinstance(value, str) else value))
-            if len(found) == self.numbers.count(",") + 1 and all(map(self._is_possible, found)):
-                return found
+            numbers = tuple(map(float, value.split(",") if isinstance(value, str) else value))
+            if len(numbers) == self.numbers.count(",") + 1 and all(map(self._is_possible, numbers)):
+                return numbers
         raise ValueError(f"must be {self.numbers}, each {self._range()}, not {brief(value)}")
 
     def _is_possible(self, value: Any) -> bool:

@@ -154,6 +154,6 @@ def breaks(times: NDArray[Any]) -> NDArray[np.intp]:
 def over_expected(evaluation: Evaluation, values: NDArray[Any], of_lost: float) -> NDArray[Any]:
     """Return values of scored frames for all expected ones; those left out have `of_lost`."""
     rows = evaluation.matches.expected_rows
-    found = np.full((len(rows), *values.shape[1:]), of_lost, values.dtype)
-    found[np.isin(rows, evaluation.matches.gt_rows)] = values
-    return found
+    all_rows = np.full((len(rows), *values.shape[1:]), of_lost, values.dtype)
+    all_rows[np.isin(rows, evaluation.matches.gt_rows)] = values
+    return all_rows

@@ -21,7 +21,7 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
     It shows one run of each system: of the scored ones the one in the middle by a metric.
     """
     summary, benchmark = comparison.summary, comparison.benchmark
-    found = {}
+    data = {}
     for sequence in summary.sequences:
         estimates = [
             _estimate(chosen, summary)
@@ -39,7 +39,7 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
         settings = settings_of_run(benchmark, run, comparison.settings)
         with collected_warnings():  # the comparison has printed them
             reference = reference_of(file, settings)
-        found[sequence] = page_data(
+        data[sequence] = page_data(
             f"{summary.sequence_names[sequence]}: one run of each system",
             reference,
             printable(Path(file).name),
@@ -47,7 +47,7 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
             settings,
             unit,
         )
-    return found
+    return data
 
 
 def _middle(summary: Summary, by: str, system: str, sequence: str) -> Result | None:

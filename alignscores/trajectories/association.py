@@ -118,25 +118,25 @@ def match(
     """
     reference, estimate = checked(reference, "reference"), checked(estimate, "estimate")
     if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
-        found = _by_time(reference, estimate, timing or Timing(), unit)
+        matches = _by_time(reference, estimate, timing or Timing(), unit)
     else:
-        found = _by_key(reference, estimate, unit)
-    if found.duplicate >= len(estimate.keys) / 10:
+        matches = _by_key(reference, estimate, unit)
+    if matches.duplicate >= len(estimate.keys) / 10:
         what = "time stamp" if estimate.keys.dtype.kind == "f" else "name"
         raise ValueError(
-            f"{found.duplicate} of {len(estimate.keys)} poses of the estimate have the {what} of "
+            f"{matches.duplicate} of {len(estimate.keys)} poses of the estimate have the {what} of "
             "another one; write stamps with all their digits, and each pose once"
         )
     if missing == "fail":
-        return found
-    scored = found.est_rows >= 0
+        return matches
+    scored = matches.est_rows >= 0
     return replace(
-        found,
-        keys=found.keys[scored],
-        gt_poses=found.gt_poses[scored],
-        est_poses=found.est_poses[scored],
-        gt_rows=found.gt_rows[scored],
-        est_rows=found.est_rows[scored],
+        matches,
+        keys=matches.keys[scored],
+        gt_poses=matches.gt_poses[scored],
+        est_poses=matches.est_poses[scored],
+        gt_rows=matches.gt_rows[scored],
+        est_rows=matches.est_rows[scored],
     )
 
 
@@ -168,19 +168,19 @@ def _by_time(
     unit = _unit(frames.poses) if unit is None else unit
 
     gap = reference_gap(truth.keys, timing.rate) if timing.sync == "interpolate" else 0.0
-    at_poses, known = reference_at(truth, stamps, gap=gap, t_max_diff=timing.t_max_diff)
-    if not known.any():
+    at_poses, has_reference = reference_at(truth, stamps, gap=gap, t_max_diff=timing.t_max_diff)
+    if not has_reference.any():
         raise _nothing_in_common(truth.keys, stamps, timing)
     nearest, covered = covered_frames(
         frames,
-        Trajectory(stamps[known], at_poses[known]),
+        Trajectory(stamps[has_reference], at_poses[has_reference]),
         reach=max(timing.t_max_diff, timing.max_gap / 2),
         unit=np.nan_to_num(unit) if timing.max_gap > 0 else -1.0,  # within which no frame is
     )
     if not covered.any():
         raise _nothing_in_common(frames.keys, stamps, timing)
-    covering = np.flatnonzero(known)[nearest]
-    within = known & timing.includes(stamps)
+    covering = np.flatnonzero(has_reference)[nearest]
+    within = has_reference & timing.includes(stamps)
     return Matches(
         keys=frames.keys,
         gt_poses=np.where(covered[:, None, None], at_poses[covering], frames.poses),
@@ -189,7 +189,7 @@ def _by_time(
         est_rows=np.where(covered, est_rows[covering], -1),
         expected_rows=ref_rows[rows],
         unit=unit,
-        unmatched=int(np.sum(~known)),
+        unmatched=int(np.sum(~has_reference)),
         duplicate=int(present.sum()) - len(est_rows),
         without_reference=without_reference,
         pose_rows=est_rows[within],
@@ -206,9 +206,11 @@ def _expected_rows(ref_stamps: Floats, timing: Timing) -> tuple[Indices, Floats]
     rows = rows[timing.includes(ref_stamps[rows])]
     if len(rows) == 0:
         limits = {"t_start": timing.t_start, "t_end": timing.t_end}
-        given = " and ".join(f"{name} {at:.6f} s" for name, at in limits.items() if at is not None)
+        limits_text = " and ".join(
+            f"{name} {at:.6f} s" for name, at in limits.items() if at is not None
+        )
         raise ValueError(
-            f"no reference pose is expected with {given}: the reference goes from "
+            f"no reference pose is expected with {limits_text}: the reference goes from "
             f"{ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s"
         )
     return rows, without_reference

@@ -86,14 +86,16 @@ class Convention:
 
     def __str__(self) -> str:
         frame = "" if self.body_rotation is None else describe_rotation(self.body_rotation)
-        found = {
+        sentences = {
             "the estimated poses are world-to-camera": self.inverted,
             "the estimated rotations are world-to-camera": self.rotations_inverted,
             "the quaternions have w at the wrong end": self.quaternions_shifted,
             f"the camera frame is rotated: {frame}": frame,
             "the estimated positions are mirrored": self.mirrored,
         }
-        return "; ".join(text for text, holds in found.items() if holds) or "no mistake is found"
+        return (
+            "; ".join(text for text, holds in sentences.items() if holds) or "no mistake is found"
+        )
 
 
 def find_convention(gt_poses: Floats, est_poses: Floats, *, quaternions: bool = True) -> Convention:
@@ -108,10 +110,10 @@ def find_convention(gt_poses: Floats, est_poses: Floats, *, quaternions: bool = 
         return Convention()
     rows = estimated[np.linspace(0, n - 1, min(500, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
-    found = _of_rotations(gt, est, quaternions)
-    positions = (inverse_poses(est) if found.inverted else est)[:, :3, 3]
+    convention = _of_rotations(gt, est, quaternions)
+    positions = (inverse_poses(est) if convention.inverted else est)[:, :3, 3]
     mirrored = _fits_better(gt[:, :3, 3], positions * [1.0, 1.0, -1.0], positions)
-    return replace(found, mirrored=mirrored)
+    return replace(convention, mirrored=mirrored)
 
 
 def check_conventions(gt_poses: ArrayLike, est_poses: ArrayLike) -> Convention:
@@ -177,15 +179,15 @@ def describe_rotation(rotation: Floats) -> str:
 
 def _of_rotations(gt: Floats, est: Floats, quaternions: bool) -> Convention:
     """Find the convention of the rotations, the likeliest of those that fit clearly better."""
-    true, given = gt[:, :3, :3], est[:, :3, :3]
-    ras = _approximate_ras(true, given)
+    true, estimated = gt[:, :3, :3], est[:, :3, :3]
+    ras = _approximate_ras(true, estimated)
     nothing = Convention(ras=ras, corrected_ras=ras)
     needed = ras + max(0.1, min(0.3, (1 - ras) / 2))
     if needed > 1:
         return nothing
     inverse = inverse_poses(est)
     inverted = _fits_better(gt[:, :3, 3], inverse[:, :3, 3], est[:, :3, 3])
-    given = inverse[:, :3, :3] if inverted else given
+    estimated = inverse[:, :3, :3] if inverted else estimated
     likeliest = [Convention(inverted=inverted, body_rotation=axes) for axes in COMMON.values()]
     if not inverted:
         likeliest += [
@@ -195,11 +197,11 @@ def _of_rotations(gt: Floats, est: Floats, quaternions: bool) -> Convention:
         likeliest += [
             Convention(quaternions_shifted=True, body_rotation=b) for b in SHIFTED_QUATERNIONS
         ]
-    free = Convention(inverted=inverted, body_rotation=_fitted_frame(true, given))
+    free = Convention(inverted=inverted, body_rotation=_fitted_frame(true, estimated))
     best = nothing
     for candidate in (*likeliest, free):
         transposed = candidate.rotations_inverted or candidate.quaternions_shifted
-        rotations = given.swapaxes(1, 2) if transposed else given
+        rotations = estimated.swapaxes(1, 2) if transposed else estimated
         assert candidate.body_rotation is not None
         fit = _approximate_ras(true, rotations @ candidate.body_rotation.T)
         if fit > best.corrected_ras + CLEARLY:
@@ -218,10 +220,10 @@ def _fitted_frame(gt: Floats, est: Floats) -> Floats:
     Between two cameras both turn by the same angle, about axes that B takes to each other. A B
     near a common one is that: what is between them is inaccuracy.
     """
-    true, given = _axes_of_turns(gt), _axes_of_turns(est)
-    lengths = np.linalg.norm([true, given], axis=2)
+    true, estimated = _axes_of_turns(gt), _axes_of_turns(est)
+    lengths = np.linalg.norm([true, estimated], axis=2)
     alike = np.abs(lengths[0] - lengths[1]) < 0.2  # not so where one of the cameras is an outlier
-    moments = true[alike].T @ given[alike]
+    moments = true[alike].T @ estimated[alike]
     near_identity = 1e-3 * np.linalg.norm(moments) * np.eye(3)  # where turns are about one axis
     body = project_to_rotation(moments + near_identity)
     for _ in range(STEPS):

@@ -58,12 +58,12 @@ def find_lever_arm(gt_positions: Floats, est_poses: Floats) -> LeverArm:
             rows = inlier & (blocks == block)
             stacked = design[rows].reshape(-1, 10)
             squares[block], products[block] = stacked.T @ stacked, stacked.T @ wanted[rows].ravel()
-        found = _solved(squares.sum(axis=0), products.sum(axis=0))
-        vector = found[:3]
+        solution = _solved(squares.sum(axis=0), products.sum(axis=0))
+        vector = solution[:3]
         alignment = Similarity(
-            alignment.scale - found[6],
-            rotation_from_vector(-found[3:6]) @ alignment.rotation,
-            alignment.translation - found[7:],
+            alignment.scale - solution[6],
+            rotation_from_vector(-solution[3:6]) @ alignment.rotation,
+            alignment.translation - solution[7:],
         )
     others = np.array(
         [

@@ -45,7 +45,7 @@ def reference_at(
     """
     stamps, poses = reference
     nearest, distance = nearest_stamps(stamps, times)
-    found, known = poses[nearest], distance <= t_max_diff
+    at_stamps, has_reference = poses[nearest], distance <= t_max_diff
     after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
     before = after - 1
     inside = (times > stamps[0]) & (times < stamps[-1]) & (distance > 0)
@@ -53,8 +53,8 @@ def reference_at(
     rows = np.flatnonzero(inside)
     first, second = before[rows], after[rows]
     share = (times[rows] - stamps[first]) / (stamps[second] - stamps[first])
-    found[rows] = _between(poses[first], poses[second], share)
-    return found, known | inside
+    at_stamps[rows] = _between(poses[first], poses[second], share)
+    return at_stamps, has_reference | inside
 
 
 def covered_frames(

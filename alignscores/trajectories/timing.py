@@ -56,15 +56,15 @@ def find_offset(
     motions = _Motions.sampled(reference, estimate)
     if motions is None:
         return None
-    found = motions.best(np.arange(-NEARBY, NEARBY + STEP / 2, STEP))
-    if anywhere and not (found and found.certain):
+    offset = motions.best(np.arange(-NEARBY, NEARBY + STEP / 2, STEP))
+    if anywhere and not (offset and offset.certain):
         least = float(reference.keys[0] - motions.ends.max())
         most = float(reference.keys[-1] - motions.starts.min())
         step = max(FAR_STEP, (most - least) / MAX_TRIALS)
         every = max(1, len(motions.starts) // FAR_SAMPLE)
         far = motions.best(np.arange(least, most + step / 2, step), every)
-        found = far if far and far.certain else found
-    return found
+        offset = far if far and far.certain else offset
+    return offset
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +103,10 @@ class _Motions:
         """Return the mean difference of motions at an offset; infinite if most are unknown."""
         first, first_known = self._reference_at(self.starts + offset)
         second, second_known = self._reference_at(self.ends + offset)
-        known = first_known & second_known
-        if known.sum() < max(MIN_MOTIONS, len(known) / 2):
+        both = first_known & second_known
+        if both.sum() < max(MIN_MOTIONS, len(both) / 2):
             return np.inf
-        true, sizes = _sizes(first, second, self.rotations)[known], self.sizes[known]
+        true, sizes = _sizes(first, second, self.rotations)[both], self.sizes[both]
         if not self.rotations:
             sizes = sizes * (np.median(true) / max(np.median(sizes), np.finfo(float).tiny))
         differences = np.abs(true - sizes)

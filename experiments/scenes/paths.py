@@ -91,9 +91,9 @@ def _car(rng: np.random.Generator, n: int, _: float) -> Cameras:
 
 def _laps(rng: np.random.Generator, n: int, _: float) -> Cameras:
     """Drive round a circle in laps of 100 cameras; each starts elsewhere, on a lane of its own."""
-    lap, place = np.divmod(np.arange(n), LAP)
+    lap, position = np.divmod(np.arange(n), LAP)
     phases, aside, above = rng.random(lap[-1] + 1), *LANE * rng.standard_normal((2, lap[-1] + 1))
-    angles = 2 * np.pi * (place + phases[lap]) / LAP
+    angles = 2 * np.pi * (position + phases[lap]) / LAP
     radius = 1 / (2 * np.sin(np.pi / LAP)) + aside[lap]
     positions = radius[:, None] * _headings(angles) + np.outer(above[lap], UP)
     return _looking(_headings(angles + np.pi / 2), UP), positions

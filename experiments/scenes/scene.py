@@ -33,8 +33,8 @@ class Scene:
     @cached_property
     def estimated(self) -> "Scene":
         """The cameras that were estimated, without the missing ones."""
-        found = np.atleast_1d(np.isfinite(self.est_positions).all(axis=1))
-        return self if found.all() else self[found]
+        has_position = np.atleast_1d(np.isfinite(self.est_positions).all(axis=1))
+        return self if has_position.all() else self[has_position]
 
     def __getitem__(self, cameras: slice | Booleans) -> "Scene":
         """Return some of the cameras."""

@@ -45,17 +45,17 @@ def findings(scenarios: Mapping[str, Trials]) -> pd.DataFrame:
 
 
 def _judge(trials: pd.DataFrame, metric: str) -> dict[str, object]:
-    found = {level: _smallest(trials, metric, setting) for level, setting in LEVELS.items()}
-    ordered = [level for level, order in found.items() if order >= LEAST_ORDER]
+    orders_of = {level: _smallest(trials, metric, setting) for level, setting in LEVELS.items()}
+    ordered = [level for level, order in orders_of.items() if order >= LEAST_ORDER]
     return {
         "metric": metric,
-        "noise_order": found["noise"],
-        "outlier_order": found["outliers"],
+        "noise_order": orders_of["noise"],
+        "outlier_order": orders_of["outliers"],
         "mean": trials.loc[trials["n_outliers"] == trials["n_outliers"].min(), metric].mean(),
         "verdict": f"orders {' and '.join(ordered) or 'nothing'}",
     }
 
 
 def _smallest(trials: pd.DataFrame, metric: str, level: str) -> float:
-    found = orders(trials, metric, level) if varies(trials, level) else []
-    return 100 * min((one.probability for one in found), default=np.nan)
+    of_pairs = orders(trials, metric, level) if varies(trials, level) else []
+    return 100 * min((one.probability for one in of_pairs), default=np.nan)

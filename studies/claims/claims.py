@@ -66,8 +66,8 @@ class Claim:
         require(has_one, "needs either a number of the paper or a criterion")
         if self.criterion is not None:
             relation, number = self.bound
-            known = relation in BOUNDS and isfinite(number)
-            require(known, f"needs a criterion such as {' or '.join(BOUNDS)} 0.5")
+            is_bounded = relation in BOUNDS and isfinite(number)
+            require(is_bounded, f"needs a criterion such as {' or '.join(BOUNDS)} 0.5")
         return self
 
     @property

@@ -28,17 +28,17 @@ def replicates(claims: Claims, overrides: Sequence[str] = ()) -> list[tuple[Swee
 
 def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
     """Collect what the claims need: a sweep for each experiment and way to read it."""
-    found: dict[tuple[str, tuple[str, ...]], tuple[Sweep, list[Selection]]] = {}
+    selections_of: dict[tuple[str, tuple[str, ...]], tuple[Sweep, list[Selection]]] = {}
     for claim in claims:
-        if claim.trials not in found:
+        if claim.trials not in selections_of:
             experiment, settings = claim.trials
             sweep = load_experiment([f"experiment={experiment}", *overrides, *settings])
-            found[claim.trials] = sweep, []
-        sweep, wanted = found[claim.trials]
+            selections_of[claim.trials] = sweep, []
+        sweep, wanted = selections_of[claim.trials]
         needed_cells(claim, sweep)
         wanted += [selection for selection in _selections(claim) if selection not in wanted]
     sweeps = []
-    for (_, settings), (sweep, wanted) in found.items():
+    for (_, settings), (sweep, wanted) in selections_of.items():
         metrics = list(dict.fromkeys(metric for one in wanted for metric in one.metrics))
         changes = " ".join(settings)
         sweeps.append(replace(sweep, changes=changes, metrics=metrics, selections=wanted))
@@ -54,10 +54,10 @@ def _selections(claim: Claim) -> list[Selection]:
 def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
     """Return the cells that a claim takes; a `ConfigError` names what is missing."""
     wheres = [selection.where for selection in _selections(claim)]
-    found = [cell for cell in cells(sweep) if any(cell.matches(where) for where in wheres)]
+    needed = [cell for cell in cells(sweep) if any(cell.matches(where) for where in wheres)]
     for part in (claim.where, claim.at, claim.before, claim.after):
         for key, values in part.items():
-            missing = sorted(set(values) - _levels(found, key))
+            missing = sorted(set(values) - _levels(needed, key))
             if missing:
                 raise ConfigError(
                     f"claim {claim.id!r} needs trials of {sweep.name} with {key} {missing[0]:g}, "
@@ -65,14 +65,14 @@ def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
                 )
     least = claim.rule.least_levels
     for key in claim.level:
-        levels = _levels(found, key)
+        levels = _levels(needed, key)
         if len(levels) < least:
             raise ConfigError(
                 f"claim {claim.id!r} compares levels of {key}, at least {least} of them, and these "
                 f"settings of {sweep.name} have {len(levels)}"
             )
-    return found
+    return needed
 
 
-def _levels(found: Sequence[Cell], key: str) -> set[float]:
-    return {getattr(cell, key) for cell in found}
+def _levels(of_cells: Sequence[Cell], key: str) -> set[float]:
+    return {getattr(cell, key) for cell in of_cells}

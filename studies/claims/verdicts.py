@@ -135,9 +135,9 @@ def decide(
         for number, trials in enumerate(replicates)
     ]
     values: list[list[float]] = [[] for _ in wanted]
-    for number, found in sorted(run_parallel(_evaluate, tasks, n_jobs)):
+    for number, evaluated in sorted(run_parallel(_evaluate, tasks, n_jobs)):
         deciding = [own for own, (_, n) in zip(values, wanted, strict=True) if number < n]
-        for own, value in zip(deciding, found, strict=True):
+        for own, value in zip(deciding, evaluated, strict=True):
             own.append(value)
     arrays = iter(map(np.array, values))
     original_values = [next(arrays) for _ in originals]
@@ -162,12 +162,12 @@ def _read(readings: Sequence[Read], values: Iterator[Floats]) -> pd.DataFrame:
     """Return the verdicts under other readings."""
     tables = [pd.DataFrame(columns=["decision", "question", "paper_says", "choice", "reading"])]
     for decision, reading, changed in readings:
-        found = _decided(changed, [next(values) for _ in changed])
-        found.insert(0, "claim", found.index)
+        verdicts = _decided(changed, [next(values) for _ in changed])
+        verdicts.insert(0, "claim", verdicts.index)
         texts = (decision.id, decision.question, decision.paper, decision.choice, reading.reading)
         for at, (name, text) in enumerate(zip(tables[0], texts, strict=True)):
-            found.insert(at, name, text)
-        tables.append(found)
+            verdicts.insert(at, name, text)
+        tables.append(verdicts)
     return pd.concat(tables, ignore_index=True) if readings else tables[0]
 
 
@@ -210,9 +210,9 @@ def _evaluate(claims: Sequence[Claim], trials: Replicate) -> list[float]:
 def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFrame:
     words = populations(list(claims.values()), values)
     rows = []
-    for claim, found, population in zip(claims.values(), values, words, strict=True):
-        low, high = np.quantile(found, CENTRAL)
-        mean, reach = found.mean(), _reach(found, 1 / len(found))
+    for claim, statistics, population in zip(claims.values(), values, words, strict=True):
+        low, high = np.quantile(statistics, CENTRAL)
+        mean, reach = statistics.mean(), _reach(statistics, 1 / len(statistics))
         rows.append(
             {
                 "criterion": claim.criterion or "the paper's number",
@@ -220,8 +220,8 @@ def _decided(claims: Mapping[str, Claim], values: Sequence[Floats]) -> pd.DataFr
                 "ours": mean,
                 "low": low,
                 "high": high,
-                "replicates": len(found),
-                "verdict": verdict(claim, found),
+                "replicates": len(statistics),
+                "verdict": verdict(claim, statistics),
                 "mean_low": mean - reach,
                 "mean_high": mean + reach,
                 "population": population,

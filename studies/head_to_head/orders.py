@@ -19,19 +19,19 @@ LEVELS = {  # what is put in order: the settings that may vary with it
 
 def joined(tables: Sequence[Trials]) -> dict[str, Trials]:
     """Join the metrics of tables that are of the same trials, by the names of the experiments."""
-    found: dict[str, Trials] = {}
+    by_name: dict[str, Trials] = {}
     for trials in tables:
         name, metrics = trials.sweep.name, trials.sweep.metrics
-        if name not in found:
-            found[name] = trials
+        if name not in by_name:
+            by_name[name] = trials
             continue
-        first = found[name]
+        first = by_name[name]
         if replace(trials.sweep, metrics=first.sweep.metrics) != first.sweep:
             raise TableError(trials.path, f"has other settings than {first.path}")
         sweep = replace(first.sweep, metrics=[*first.sweep.metrics, *metrics])
         table = pd.concat([first.table, trials.table[metrics]], axis=1)
-        found[name] = Trials(first.path, table, Record((sweep,), first.record.origin))
-    return found
+        by_name[name] = Trials(first.path, table, Record((sweep,), first.record.origin))
+    return by_name
 
 
 def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
@@ -73,20 +73,20 @@ def _ranked(trials: Trials, setting: str) -> list[dict[str, object]]:
     """Return a row for each metric, the best first."""
     task = order.within(trials.table, setting)
     shares = {metric: task.shares(metric) for metric in trials.sweep.metrics}
-    found = {metric: order.estimate(own) for metric, own in shares.items()}
-    ranking = sorted(found, key=lambda metric: -found[metric].probability)
+    estimates = {metric: order.estimate(own) for metric, own in shares.items()}
+    ranking = sorted(estimates, key=lambda metric: -estimates[metric].probability)
     best = ranking[0]
     rows = []
     for metric in ranking:
-        low, high = found[metric].interval
-        row = {"metric": metric, "order": 100 * found[metric].probability}
+        low, high = estimates[metric].interval
+        row = {"metric": metric, "order": 100 * estimates[metric].probability}
         row |= {"low": 100 * low, "high": 100 * high, "difference": None, "p": None}
         if metric != best:
             difference = order.estimate(shares[metric] - shares[best])
             row |= {"difference": 100 * difference.probability, "p": difference.p_value}
         by_outliers = _apart(trials.table, setting, metric, "n_outliers")
         by_cameras = _apart(trials.table, setting, metric, "n_cameras")
-        needed = [order.needed(one) for one in by_outliers.values() or [found[metric]]]
+        needed = [order.needed(one) for one in by_outliers.values() or [estimates[metric]]]
         row |= {"trials": sum(needed) / len(needed)}
         row |= {f"at {n} outliers": 100 * one.probability for n, one in by_outliers.items()}
         row |= {f"at {n} cameras": 100 * one.probability for n, one in by_cameras.items()}

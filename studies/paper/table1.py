@@ -71,8 +71,8 @@ Finding = dict[str, str | float]  # whether a metric has a property, as columns 
 
 def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str]:
     """Return Table 1 as data and in Markdown."""
-    found = compare({table.sweep.name: table for table in trials})
-    return [found, to_markdown(found)]
+    compared = compare({table.sweep.name: table for table in trials})
+    return [compared, to_markdown(compared)]
 
 
 def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
@@ -123,8 +123,8 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
 def agreements(tested: pd.DataFrame, answers: "pd.Series[str]") -> "pd.Series[bool]":
     """Return by row and property of the paper's table whether answers agree; see `NOTES`."""
     cells = tested.assign(all=answers == "yes", paper=tested["paper"] == "yes")
-    found = cells.groupby(["row", "property"], sort=False)[["all", "paper"]].all()
-    return found["all"] == found["paper"]
+    agreed = cells.groupby(["row", "property"], sort=False)[["all", "paper"]].all()
+    return agreed["all"] == agreed["paper"]
 
 
 def to_markdown(table: pd.DataFrame) -> str:

@@ -98,15 +98,15 @@ def summarise(table: pd.DataFrame) -> pd.DataFrame:
           over the other metrics
     """
     of_pairs, equal = pairs(table), pairs(table, EQUAL_TIMES)
-    found = of_pairs.groupby("metric", sort=False).agg(
+    summary = of_pairs.groupby("metric", sort=False).agg(
         order=("order", "mean"), significant=("significant", "mean"), runs=("runs", "median")
     )
-    found["significant"] *= 100
+    summary["significant"] *= 100
     if len(equal):
-        found["equal_order"] = equal.groupby("metric")["order"].mean()
-        found["equal_significant"] = 100 * equal.groupby("metric")["significant"].mean()
+        summary["equal_order"] = equal.groupby("metric")["order"].mean()
+        summary["equal_significant"] = 100 * equal.groupby("metric")["significant"].mean()
     agrees = agreement(of_pairs)
     others = agrees[agrees["metric"] != agrees["other"]]
-    found["agrees"] = others.groupby("metric")["order"].mean()
-    best = found.sort_values(["order", "significant"], ascending=False, kind="stable")
+    summary["agrees"] = others.groupby("metric")["order"].mean()
+    best = summary.sort_values(["order", "significant"], ascending=False, kind="stable")
     return best.rename_axis("metric").reset_index()

@@ -102,19 +102,19 @@ def score_sequence(benchmark: Benchmark, sequence: str, *, more: str = "") -> pd
 
 def clock_offsets(reference: Trajectory, estimates: Mapping[Run, Trajectory]) -> dict[str, float]:
     """Return the seconds to be added to the stamps of each system; 0 where none is certain."""
-    found: dict[str, list[float]] = {run.system: [] for run in estimates}
+    offsets: dict[str, list[float]] = {run.system: [] for run in estimates}
     for run, estimate in estimates.items():
         if estimate.keys.dtype.kind == "f":
             offset = find_offset(reference, estimate)
-            found[run.system].append(offset.seconds if offset and offset.certain else 0.0)
-    return {system: float(np.median(own)) if own else 0.0 for system, own in found.items()}
+            offsets[run.system].append(offset.seconds if offset and offset.certain else 0.0)
+    return {system: float(np.median(own)) if own else 0.0 for system, own in offsets.items()}
 
 
 def _settings(benchmark: Benchmark, run: Run, more: str) -> Settings:
     with naming():
         asked = Settings(format=benchmark.format, metrics=tuple(split_names(more) if more else ()))
-    known = (*LIBRARY, *(ORDERED if asked.form.ordered else ()))
-    metrics = tuple(dict.fromkeys((*known, *asked.metrics)))
+    names = (*LIBRARY, *(ORDERED if asked.form.ordered else ()))
+    metrics = tuple(dict.fromkeys((*names, *asked.metrics)))
     return settings_of_run(benchmark, run, Settings(format=benchmark.format, metrics=metrics))
 
 
@@ -132,24 +132,29 @@ def _rows(
     rows = []
     for name, poses in ((ALL_POSES, estimate), (EQUAL_TIMES, _at_equal_times(estimate))):
         try:
-            found = score(reference, poses, chosen, name="", check=False)
+            evaluation = score(reference, poses, chosen, name="", check=False)
         except ValueError as error:
             print(f"{'/'.join(keys)}, {name}: left out: {error}", flush=True)
             continue
-        rows.append({**dict(zip(KEYS, (*keys, offset, name), strict=True)), **_values(found)})
+        rows.append({**dict(zip(KEYS, (*keys, offset, name), strict=True)), **_values(evaluation)})
     return rows
 
 
-def _values(found: Evaluation) -> dict[str, float | None]:
+def _values(evaluation: Evaluation) -> dict[str, float | None]:
     """Return the value of each metric; none where it has none, infinite where it is."""
-    given = {"half_distance": found.half_distance, **found.metrics}
-    values = {name: given.get(name, found.value(name)) for name in found.settings.metrics}
-    gt, est = _poses(found)
+    metrics = {"half_distance": evaluation.half_distance, **evaluation.metrics}
+    values = {
+        name: metrics.get(name, evaluation.value(name)) for name in evaluation.settings.metrics
+    }
+    gt, est = _poses(evaluation)
     return {**values, **{name: function(gt, est) for name, function in BASELINES.items()}}
 
 
-def _poses(found: Evaluation) -> tuple[Floats, Floats]:
+def _poses(evaluation: Evaluation) -> tuple[Floats, Floats]:
     """Return the reference's and the estimated poses, each estimated one once."""
-    gt, est = found.matches.pose_references, found.estimate.poses[found.matches.pose_rows]
+    gt, est = (
+        evaluation.matches.pose_references,
+        evaluation.estimate.poses[evaluation.matches.pose_rows],
+    )
     finite = finite_rows(est)
     return gt[finite], est[finite]

@@ -116,13 +116,11 @@ def _of_axis(axis: Axis, parts: Parts) -> pd.DataFrame:
     table = pd.DataFrame(rows, index=axis.values, dtype=object)
     for name, effect in EFFECTS.items():
         trials = parts[effect.part]
-        found = {
-            value: _resampled(effect, trials, column) for value, column in axis.columns.items()
-        }
-        for value, numbers in found.items():
-            difference, *others = numbers - found[axis.paper]
-            known = value != axis.paper and trials["trial"].nunique() > 1
-            error = float(np.std(others, ddof=1)) if known else np.nan
+        row = {value: _resampled(effect, trials, column) for value, column in axis.columns.items()}
+        for value, numbers in row.items():
+            difference, *others = numbers - row[axis.paper]
+            has_error = value != axis.paper and trials["trial"].nunique() > 1
+            error = float(np.std(others, ddof=1)) if has_error else np.nan
             p_value = Order(float(difference), error).p_value if np.isfinite(error) else np.nan
             table.loc[value, [name, f"{name}_error", f"{name}_p"]] = numbers[0], error, p_value
     return table
@@ -131,12 +129,12 @@ def _of_axis(axis: Axis, parts: Parts) -> pd.DataFrame:
 def _resampled(effect: Effect, trials: pd.DataFrame, metric: str) -> Floats:
     """Return an effect of all trials, and of each resample of them."""
     keys = ["n_cameras", "n_outliers", "sigma_t", "trial"]
-    found = trials[keys].assign(value=_values(trials, metric, effect)).sort_values(keys)
-    shape = [found[key].nunique() for key in keys]
+    values = trials[keys].assign(value=_values(trials, metric, effect)).sort_values(keys)
+    shape = [values[key].nunique() for key in keys]
     n = shape[-1]
     drawn = np.random.default_rng(0).integers(n, size=(RESAMPLES, n))
     weights = np.concatenate([np.ones((1, n)), np.eye(n)[drawn].sum(axis=1)])
-    return effect.statistic(found["value"].to_numpy().reshape(shape), weights)
+    return effect.statistic(values["value"].to_numpy().reshape(shape), weights)
 
 
 def _values(trials: pd.DataFrame, metric: str, effect: Effect) -> "pd.Series[float]":

@@ -1,8 +1,6 @@
 """Results made up in a moment, with every verdict in them, and a page read back."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from html.parser import HTMLParser
 from io import BytesIO
 from itertools import cycle, islice
 from pathlib import Path
@@ -10,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from bs4 import BeautifulSoup, Tag
 from PIL import Image
 
 from experiments.config import experiment_names, load_sweep
@@ -23,58 +22,9 @@ TRIALS = 7
 VERDICTS = ("reproduced", "not reproduced", "reproduced", "inconclusive", "reproduced")
 
 
-@dataclass(eq=False)
-class Element:
-    """An element of a page with all text in it."""
-
-    tag: str
-    attributes: dict[str, str | None]
-    pieces: list[str] = field(default_factory=list)
-    inner: list["Element"] = field(default_factory=list)
-
-    @property
-    def text(self) -> str:
-        return " ".join("".join(self.pieces).split())
-
-    def get(self, name: str) -> str:
-        return self.attributes.get(name) or ""
-
-    def all(self, *tags: str) -> list["Element"]:
-        return [element for element in self.inner if element.tag in tags]
-
-
-class Page(HTMLParser):
-    """The elements of a page in their order."""
-
-    VOID = ("meta", "img", "br")
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.html = html
-        self.root = Element("", {})
-        self.open = [self.root]
-        self.feed(html)
-        assert self.open == [self.root]
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        element = Element(tag, dict(attrs))
-        for outer in self.open:
-            outer.inner.append(element)
-        self.open += [element] if tag not in self.VOID else []
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop().tag == tag
-
-    def handle_data(self, data: str) -> None:
-        for element in self.open:
-            element.pieces.append(data)
-
-    def all(self, *tags: str) -> list[Element]:
-        return self.root.all(*tags)
-
-    def id(self, name: str) -> Element:
-        (element,) = [element for element in self.root.inner if element.get("id") == name]
-        return element
+def text_of(element: Tag) -> str:
+    """Return all text in an element."""
+    return " ".join(element.get_text().split())
 
 
 def write_results(folder: Path) -> None:
@@ -132,11 +82,11 @@ def write(path: Path, table: pd.DataFrame) -> None:
 
 
 @pytest.fixture(scope="session")
-def make_page() -> Callable[..., Page]:
-    def make(folder: Path, *settings: str) -> Page:
+def make_page() -> Callable[..., BeautifulSoup]:
+    def make(folder: Path, *settings: str) -> BeautifulSoup:
         html = folder / "report.html"
         assert main([str(folder), "--output", str(html), "--settings", *settings]) == 0
-        return Page(html.read_text("utf-8"))
+        return BeautifulSoup(html.read_text("utf-8"), "html.parser")
 
     return make
 
@@ -149,7 +99,9 @@ def results(tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def page(tmp_path_factory: pytest.TempPathFactory, make_page: Callable[..., Page]) -> Page:
+def page(
+    tmp_path_factory: pytest.TempPathFactory, make_page: Callable[..., BeautifulSoup]
+) -> BeautifulSoup:
     """The page of results in which nothing is changed."""
     folder = tmp_path_factory.mktemp("original")
     write_results(folder)

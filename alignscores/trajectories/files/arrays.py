@@ -48,18 +48,18 @@ def read_arrays(path: FilePath) -> Trajectory:
     (array([0. , 0.1, 0.2]), (3, 4, 4))
     """
     arrays = _arrays(path, read_bytes(path))
-    found = [
+    candidates = [
         name
         for name, array in arrays.items()
         if array.ndim == 3 and array.shape[1:] in ((4, 4), (3, 4))
     ]
-    if len(found) != 1:
+    if len(candidates) != 1:
         shapes = first_few([f"{name[:40]} {array.shape}" for name, array in arrays.items()])
         raise FileError(
             path, f"must have one array of numbers, {SHAPES}; it has {shapes or 'none'}"
         )
-    matrices = arrays[found[0]].astype(np.float64)
-    source = Source(path, lambda row: f"{found[0]}[{row}]")
+    matrices = arrays[candidates[0]].astype(np.float64)
+    source = Source(path, lambda row: f"{candidates[0]}[{row}]")
     if len(matrices) == 0:
         raise FileError(path, "has no poses")
     times = [array for array in arrays.values() if array.shape == (len(matrices),)]

@@ -99,11 +99,11 @@ def _column(text: str) -> str:
 
 def _without_parts(names: Sequence[str]) -> list[str]:
     """Return the columns, each once, without those of an incomplete position or rotation."""
-    found = [name if name not in names[:index] else "-" for index, name in enumerate(names)]
+    columns = [name if name not in names[:index] else "-" for index, name in enumerate(names)]
     for group in (("x", "y", "z"), QUATERNION, ROTATION, LAST_ROW):
-        if not {*group} <= {*found}:
-            found = ["-" if name in group else name for name in found]
-    return found
+        if not {*group} <= {*columns}:
+            columns = ["-" if name in group else name for name in columns]
+    return columns
 
 
 def _is_plausible(row: dict[str, str]) -> bool:

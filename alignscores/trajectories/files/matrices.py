@@ -48,7 +48,7 @@ def read_matrices(path: FilePath) -> Trajectory:
     if not files:
         raise FileError(path, "is not a folder with matrices in .txt files")
     names = [file.name.partition(".")[0] for file in files]
-    numbers = [int(found[-1]) for name in names if (found := re.findall(r"\d+", name))]
+    numbers = [int(digits[-1]) for name in names if (digits := re.findall(r"\d+", name))]
     keys = np.array(numbers if len({*numbers}) == len(files) else names)
     order = np.argsort(keys)
     files = [files[row] for row in order]

@@ -135,17 +135,17 @@ class Table:
 
     def _row(self, number: int, text: str, columns: Sequence[int]) -> list[float]:
         """Return the numbers of a line."""
-        fields, width, place = text.split(self.separator), len(self.first), f"line {number}"
+        fields, width, position = text.split(self.separator), len(self.first), f"line {number}"
         fields = fields if "".join(fields[width:]).strip() else fields[:width]
         if len(fields) <= max(columns) or (len(columns) == width != len(fields)):
             reason = f"has {len(fields)} column{'s'[: len(fields) != 1]}, the first row {width}"
-            raise FileError(self.path, reason, place=place)
+            raise FileError(self.path, reason, place=position)
         used = [fields[column].strip() for column in columns]
         used = ["nan" if field.lower() in MISSING else field for field in used]
         for field in used:
             if not is_number(field):
                 reason = f"{field[:40]!r} is not a number; --columns names the columns"
-                raise FileError(self.path, reason, place=place)
+                raise FileError(self.path, reason, place=position)
         return list(map(float, used))
 
 

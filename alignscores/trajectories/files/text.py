@@ -75,10 +75,10 @@ class Source:
 
 def most_bytes() -> int:
     """Return how many bytes are read of a file, unpacked, before it is refused."""
-    given = os.environ.get(LIMIT) or str(MOST_MB)
-    if not (is_number(given, finite=True) and float(given) > 0):
-        raise ValueError(f"{LIMIT} must be a number of MB above 0, not {given[:40]!r}")
-    return int(min(float(given) * 10**6, sys.maxsize / 2))
+    megabytes = os.environ.get(LIMIT) or str(MOST_MB)
+    if not (is_number(megabytes, finite=True) and float(megabytes) > 0):
+        raise ValueError(f"{LIMIT} must be a number of MB above 0, not {megabytes[:40]!r}")
+    return int(min(float(megabytes) * 10**6, sys.maxsize / 2))
 
 
 def refuse_more(path: FilePath, number: int, most: int, unit: str = "bytes") -> None:
