@@ -5,7 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass
 from importlib.abc import MetaPathFinder
@@ -89,7 +89,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 class SkipWithoutWheel(MetaPathFinder):
     """Asked last: a test that imports pycolmap is skipped where there is none, as on ARM Linux."""
 
-    def find_spec(self, fullname: str, path: object, target: object = None) -> None:
+    def find_spec(self, fullname, path, target=None):
         """Skip."""
         if fullname == "pycolmap":
             pytest.skip("pycolmap is not installed", allow_module_level=True)
@@ -103,12 +103,12 @@ settings.load_profile("alignscores")
 
 
 @pytest.hookimpl(optionalhook=True)  # a release tests its wheels without pytest-xdist
-def pytest_xdist_auto_num_workers() -> int:
+def pytest_xdist_auto_num_workers():
     """One process more than cores: some tests wait for the programs that they have started."""
     return (os.cpu_count() or 1) + 1
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(items):
     """Mark each test with its level; begin with the longest tests, so that no process waits."""
     items.sort(key=lambda item: "workflow" not in item.path.parts)
     for item in items:
@@ -125,12 +125,12 @@ class ReferenceCase:
     meta: Mapping[str, Any]
     arrays: Mapping[str, Floats]
 
-    def __getitem__(self, array: str) -> Floats:
+    def __getitem__(self, array):
         return self.arrays[array]
 
 
 @pytest.fixture(scope="session")
-def reference_cases() -> dict[str, ReferenceCase]:
+def reference_cases():
     """All cases of the reference files by name."""
     cases = {}
     for path in filter(Path.exists, REFERENCE):
@@ -144,9 +144,7 @@ def reference_cases() -> dict[str, ReferenceCase]:
 
 
 @pytest.fixture
-def reference_case(
-    request: pytest.FixtureRequest, reference_cases: dict[str, ReferenceCase]
-) -> ReferenceCase:
+def reference_case(request, reference_cases):
     """One case, named by ``@pytest.mark.parametrize("reference_case", [...], indirect=True)``."""
     if request.param not in reference_cases:
         pytest.skip(f"{request.param} is not in {REFERENCE[0].name}")
@@ -159,7 +157,7 @@ class Browser:
     It takes messages of the Chrome DevTools Protocol from a pipe and answers through another.
     """
 
-    def __init__(self, program: str, new_folder: Callable[[str], Path]) -> None:
+    def __init__(self, program, new_folder):
         self.new_folder = new_folder
         self.told: dict[tuple[str, str, str], Any] = {}
         self.events: list[Any] = []  # since the page was opened
@@ -182,14 +180,14 @@ class Browser:
         for domain in ("Page", "Runtime", "Log"):
             self._ask(f"{domain}.enable")
 
-    def close(self) -> None:
+    def close(self):
         """End it."""
         self.process.kill()
         self.process.wait()
         os.close(self.requests)
         os.close(self.answers)
 
-    def run(self, html: str, script: str, fragment: str = "") -> Any:
+    def run(self, html, script, fragment=""):
         """Open a page, run a script at its end, and return what it passes to ``tell``.
 
         The same page with the same script is opened once.
@@ -200,7 +198,7 @@ class Browser:
             self.told[key] = self._open(path, fragment)
         return deepcopy(self.told[key])
 
-    def run_at_widths(self, html: str, script: str, widths: Sequence[int]) -> dict[int, Any]:
+    def run_at_widths(self, html, script, widths):
         """Do so on screens of some widths, down to a phone's."""
         folder = self.new_folder("browser")
         tell = 'const tell = (outcome) => parent.postMessage(outcome, "*");'
@@ -211,7 +209,7 @@ class Browser:
         (folder / "frames.html").write_text(FRAMES.format(frames=frames, tell=TELL))
         return {int(width): told for width, told in self._open(folder / "frames.html").items()}
 
-    def _open(self, path: Path, fragment: str = "") -> Any:
+    def _open(self, path, fragment=""):
         """Open a page, let its clock run out, and return what it has told."""
         self._ask("Emulation.setVirtualTimePolicy", policy="pause")
         self.events.clear()
@@ -224,7 +222,7 @@ class Browser:
         assert found is not None, "the script has told nothing"
         return json.loads(found)
 
-    def _ask(self, method: str, **parameters: Any) -> Any:
+    def _ask(self, method, **parameters):
         """Send a message, and return what is answered to it."""
         self.number += 1
         message = {"id": self.number, "method": method, "params": parameters, **self.tab}
@@ -234,7 +232,7 @@ class Browser:
         assert "error" not in answer, answer
         return answer["result"]
 
-    def _read(self) -> Any:
+    def _read(self):
         """Wait for the next message, an answer or an event; each ends in a zero."""
         while b"\0" not in self.unread:
             piece = os.read(self.answers, 1 << 20)
@@ -244,7 +242,7 @@ class Browser:
         return json.loads(message)
 
 
-def _write(path: Path, html: str, script: str) -> Path:
+def _write(path, html, script):
     before, body, after = html.rpartition("</body>")
     assert body
     path.write_text(f"{before}<script>{script}</script>{body}{after}", encoding="utf-8")
@@ -252,7 +250,7 @@ def _write(path: Path, html: str, script: str) -> Path:
 
 
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+def browser(tmp_path_factory):
     """The browser; without one the test is skipped, but where CI is true it fails."""
     program = next(filter(None, map(shutil.which, BROWSERS)), None)
     if program is None:

@@ -3,11 +3,10 @@
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import get_context
-from multiprocessing.connection import Connection
 from pathlib import Path
 
 __all__ = ["copied_project", "home", "run_snakemake"]
@@ -21,13 +20,13 @@ FORKS.set_forkserver_preload(["snakemake.cli", *LATE, WARM])
 Run = Callable[[Sequence[str], Path, Path], int | None]
 
 
-def home(folder: Path) -> dict[str, str]:
+def home(folder):
     """Return the variables that make a folder the home: Snakemake needs one it can write to."""
     kinds = {"XDG_CACHE_HOME": "cache", "XDG_CONFIG_HOME": "config", "XDG_DATA_HOME": "data"}
     return {"HOME": str(folder), **{name: str(folder / kind) for name, kind in kinds.items()}}
 
 
-def run_snakemake(arguments: Sequence[str], folder: Path, log: Path) -> int | None:
+def run_snakemake(arguments, folder, log):
     """Run it in a folder, have what it says written to a file, and return the exit code.
 
     Its home is beside the log.
@@ -42,7 +41,7 @@ def run_snakemake(arguments: Sequence[str], folder: Path, log: Path) -> int | No
 
 
 @contextmanager
-def copied_project(project: Path) -> Iterator[Run]:
+def copied_project(project):
     """Yield what does so in forks of a process that has imported a copy of the project."""
     ours, theirs = FORKS.Pipe()
     process = FORKS.Process(target=_serve, args=(project, theirs))
@@ -50,9 +49,9 @@ def copied_project(project: Path) -> Iterator[Run]:
     theirs.close()  # so that the end of the process is an EOFError, and no wait for ever
     ours.recv()  # when it is ready, and leads a group of its own
 
-    def run(*task: object) -> int | None:
+    def run(*task):
         ours.send(task)
-        code: int | None = ours.recv()
+        code = ours.recv()
         return code
 
     try:
@@ -62,7 +61,7 @@ def copied_project(project: Path) -> Iterator[Run]:
         process.join()
 
 
-def _run(arguments: Sequence[str], folder: Path, log: Path) -> None:
+def _run(arguments, folder, log):
     os.environ |= home(log.parent / "home")
     os.chdir(folder)
     with log.open("w") as stream:
@@ -73,7 +72,7 @@ def _run(arguments: Sequence[str], folder: Path, log: Path) -> None:
     main(list(arguments))
 
 
-def _serve(project: Path, tasks: Connection) -> None:
+def _serve(project, tasks):
     os.setsid()
     for name, module in list(sys.modules.items()):
         file = getattr(module, "__file__", None) or ""

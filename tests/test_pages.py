@@ -18,12 +18,10 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import BytesIO, StringIO, TextIOWrapper
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import pytest
@@ -59,7 +57,7 @@ class Block:
     code: str
 
 
-def blocks(page: Path) -> list[Block]:
+def blocks(page):
     found = BLOCK.findall(page.read_text(encoding="utf-8"))
     return [Block(language, code) for _, language, code in found]
 
@@ -69,16 +67,14 @@ WITH_CODE = [page for page in PAGES if {one.language for one in blocks(page)} & 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: str(page.relative_to(ROOT)))
-def test_the_code_on_a_page(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, snakemake: Callable[..., None]
-) -> None:
+def test_the_code_on_a_page(page, tmp_path, monkeypatch, snakemake):
     for place in (tmp_path, tmp_path / "tests" / "data"):
         shutil.copytree(ROOT / "tests" / "data", place, dirs_exist_ok=True)
     (tmp_path / "profiles").symlink_to(ROOT / "profiles")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     text = page.read_text(encoding="utf-8")
-    names: dict[str, Any] = {"__name__": "__main__"}
+    names = {"__name__": "__main__"}
     found = blocks(page)
     assert {one.language for one in found} <= RUNS | SHOWN
     for block, following in zip(found, [*found[1:], Block("", "")], strict=True):
@@ -101,7 +97,7 @@ def test_the_code_on_a_page(
             run_bash(block.code, snakemake)
 
 
-def run_python(code: str, names: dict[str, Any]) -> str:
+def run_python(code, names):
     """Run a program and return what it prints."""
     printed = StringIO()
     with redirect_stdout(printed), matplotlib.rc_context({"backend": "agg"}):
@@ -109,10 +105,10 @@ def run_python(code: str, names: dict[str, Any]) -> str:
     return printed.getvalue()
 
 
-def run_doctest(code: str, names: dict[str, Any]) -> None:
+def run_doctest(code, names):
     test = doctest.DocTestParser().get_doctest(code, names, "page", None, None)
     assert test.examples
-    failures: list[str] = []
+    failures = []
     doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(
         test, out=failures.append, clear_globs=False
     )
@@ -120,14 +116,14 @@ def run_doctest(code: str, names: dict[str, Any]) -> None:
     names.update(test.globs)
 
 
-def sessions(code: str) -> Iterator[tuple[str, str]]:
+def sessions(code):
     """Go through the commands behind a dollar, each with what it prints."""
     for part in re.split(r"^\$ ", code, flags=re.MULTILINE)[1:]:
         command, _, output = part.partition("\n")
         yield command, output
 
 
-def run_bash(code: str, snakemake: Callable[..., None]) -> None:
+def run_bash(code, snakemake):
     """Run the commands of a block; all of it at once where it is a loop."""
     if code.startswith("for "):
         subprocess.run(["bash", "-euo", "pipefail", "-c", code], check=True)
@@ -139,7 +135,7 @@ def run_bash(code: str, snakemake: Callable[..., None]) -> None:
                 run_command(command, snakemake)
 
 
-def run_command(command: str, snakemake: Callable[..., None]) -> str:
+def run_command(command, snakemake):
     """Run a command, or check what can be checked of it; return what it prints, errors first."""
     program, *arguments = shlex.split(command, comments=True)
     if "snakemake" in [Path(program).name, *(Path(one).name for one in arguments[:1])]:
@@ -151,7 +147,7 @@ def run_command(command: str, snakemake: Callable[..., None]) -> str:
     return check([program, *arguments]) or ""
 
 
-def run_alignscores(arguments: list[str]) -> str:
+def run_alignscores(arguments):
     """Run the command in this process, with its redirections."""
     out, err, stdin, target = StringIO(), StringIO(), sys.stdin, None
     if ">" in arguments:
@@ -169,7 +165,7 @@ def run_alignscores(arguments: list[str]) -> str:
     return err.getvalue() + out.getvalue()
 
 
-def run_python_program(command: list[str]) -> None:
+def run_python_program(command):
     """Resolve the settings of an experiment; of other programs check that they are there."""
     _, *arguments = command
     match arguments:
@@ -189,7 +185,7 @@ def run_python_program(command: list[str]) -> None:
             raise AssertionError(f"not known to the tests: {command}")
 
 
-def check_pip(command: list[str]) -> None:
+def check_pip(command):
     """Check that an installation names extras and files that there are."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"][
         "optional-dependencies"
@@ -202,19 +198,19 @@ def check_pip(command: list[str]) -> None:
             assert (ROOT / argument).exists()
 
 
-def change_folder(command: list[str]) -> None:
+def change_folder(command):
     os.chdir(command[1])
 
 
-def no_check(command: list[str]) -> None:
+def no_check(command):
     """Leave out what changes the machine, and what CI runs."""
 
 
-def run_other(command: list[str]) -> None:
+def run_other(command):
     subprocess.run(command, check=True)
 
 
-COMMANDS: dict[str, Callable[[list[str]], None]] = {
+COMMANDS = {
     **dict.fromkeys(("python3", ".venv/bin/python"), run_python_program),
     **dict.fromkeys(("pip", ".venv/bin/pip"), check_pip),
     "cd": change_folder,
@@ -227,10 +223,10 @@ COMMANDS: dict[str, Callable[[list[str]], None]] = {
 
 
 @pytest.fixture
-def snakemake() -> Callable[..., None]:
+def snakemake():
     """Plan what a command would do, as Snakemake's ``--dry-run``, each command once."""
 
-    def plan(*arguments: str) -> None:
+    def plan(*arguments):
         own = ["--snakefile", str(ROOT / "Snakefile")]
         if Path("Snakefile").exists():
             own = []
@@ -251,23 +247,23 @@ def snakemake() -> Callable[..., None]:
     return plan
 
 
-PLANNED: set[tuple[str, ...]] = set()
+PLANNED = set()
 
 
-def rule_of(arguments: tuple[str, ...]) -> bool:
+def rule_of(arguments):
     """Tell whether a command names a rule of the Snakefile and nothing else."""
     files = [ROOT / "Snakefile", *(ROOT / "workflow").glob("*.smk")]
     code = "\n".join(file.read_text() for file in files)
     return len(arguments) == 1 and f"\nrule {arguments[0]}:\n" in code
 
 
-def test_the_notebook_shows_what_its_cells_give(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_notebook_shows_what_its_cells_give(monkeypatch):
     """Text as it stands; results at the end of a cell are tables, the page is in a frame."""
     monkeypatch.chdir(DOCS / "how-to")
     cells = json.loads(Path("own_poses.ipynb").read_text())["cells"]
     for command in re.findall(r"^\S+pip .*", "".join(cells[0]["source"]), re.MULTILINE):
         check_pip(shlex.split(command))
-    names: dict[str, Any] = {}
+    names = {}
     tables = []
     for cell in (one for one in cells if one["cell_type"] == "code"):
         code = "".join(cell["source"]).replace("plt.show()", "plt.close()")
@@ -284,20 +280,20 @@ def test_the_notebook_shows_what_its_cells_give(monkeypatch: pytest.MonkeyPatch)
     ]
 
 
-def test_the_table_of_protocols_has_every_name() -> None:
+def test_the_table_of_protocols_has_every_name():
     page = (DOCS / "reference" / "protocols.md").read_text()
     for family in PROTOCOLS:
         assert f"| `{family.syntax}` | {family.description}" in page
 
 
-def test_the_settings_have_every_name() -> None:
+def test_the_settings_have_every_name():
     page = (DOCS / "reference" / "settings.md").read_text()
     options = {option for metric in METRICS.values() for option in metric.options.model_fields}
     for name in {*SETTINGS, *EXECUTION, *METRICS, *options, *PATHS, *ERRORS, *OUTLIERS}:
         assert f"`{name}`" in page, name
 
 
-def test_all_that_is_public_is_shown() -> None:
+def test_all_that_is_public_is_shown():
     """What docs/reference/index.md calls public, other projects' metrics and the paper's."""
     page = (DOCS / "reference" / "api.md").read_text()
     shown = set(re.findall(r"^   ([\w.]+)$", page, re.MULTILINE))
@@ -309,7 +305,7 @@ def test_all_that_is_public_is_shown() -> None:
         assert {prefix + name for name in names} <= shown
 
 
-def test_the_result_files_have_every_column(tmp_path: Path, monkeypatch: Any) -> None:
+def test_the_result_files_have_every_column(tmp_path, monkeypatch):
     """Of one's own trajectories; those of the study are shown from the docstrings."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "tests" / "data" / "tum", "tum")

@@ -9,11 +9,11 @@ import pytest
 from alignscores.parallel import run_parallel
 
 
-def reciprocal(number: int) -> float:
+def reciprocal(number):
     return 1 / number
 
 
-def test_a_killed_worker_is_one_sentence() -> None:
+def test_a_killed_worker_is_one_sentence():
     kill = [(signal.SIGKILL,)] * 2
     with pytest.raises(ChildProcessError, match=r"^a process ended before its work was done, "):
         list(run_parallel(signal.raise_signal, kill, 2))
@@ -21,8 +21,8 @@ def test_a_killed_worker_is_one_sentence() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")
-def test_outside_the_main_thread() -> None:
-    results: dict[int, int] = {}
+def test_outside_the_main_thread():
+    results = {}
     thread = threading.Thread(
         target=lambda: results.update(run_parallel(reciprocal, [(1,), (-1,)], 2))
     )

@@ -11,7 +11,7 @@ from baselines import dre, rotation_statistics
 NAMES = ["Median-1", "Mean-1", "RMS-1", "Median-2", "Mean-2", "RMS-2"]
 
 
-def turns(*degrees: float):
+def turns(*degrees):
     """Rotations about one tilted axis."""
     axis = np.array([2, -1, 2]) / 3
     return Rotation.from_rotvec(np.outer(degrees, axis), degrees=True)

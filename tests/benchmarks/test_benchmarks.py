@@ -1,11 +1,9 @@
 """The benchmarks run."""
 
-import pytest
-
 from benchmarks.__main__ import main
 
 
-def test_every_contender_has_a_time_in_every_column(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_contender_has_a_time_in_every_column(capsys):
     assert main(["--largest", "10", "--scenes", "2", "--turns", "1"]) == 0
     head, *rows = (line.split(" | ") for line in capsys.readouterr().out.splitlines())
     assert head == ["milliseconds", "10", "2 x 20"]

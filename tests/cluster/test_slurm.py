@@ -17,10 +17,8 @@ pytestmark = [
 ]
 
 
-def test_replicates_are_jobs_with_stated_needs_and_the_bytes_of_a_serial_run(
-    tmp_path: Path,
-) -> None:
-    def snakemake(profile: str, *options: str) -> list[str]:
+def test_replicates_are_jobs_with_stated_needs_and_the_bytes_of_a_serial_run(tmp_path):
+    def snakemake(profile, *options):
         places = ["--snakefile", str(ROOT / "Snakefile"), "--profile", str(ROOT / profile)]
         config = ["--config", f"replicates={REPLICATES}", "trials=2", *options]
         return [sys.executable, "-m", "snakemake", "claims", *places, *config]

@@ -13,14 +13,12 @@ import numpy as np
 import pycolmap
 from scipy.spatial.transform import Rotation
 
-from alignscores.arrays import Floats
-
 FOLDER = Path(__file__).parent
 N, MISSING, LOST, OUTLIERS = 40, (5, 17), 9, (3, 21, 30)
 START, RATE = 1_700_000_000, 10  # seconds, poses a second
 
 
-def scene() -> tuple[Floats, Floats]:
+def scene():
     """Return the reference and the estimated poses (n, 4, 4), camera-to-world, OpenCV axes."""
     rng = np.random.default_rng(5)
     t = np.linspace(0, 2 * np.pi, N, endpoint=False)
@@ -40,12 +38,12 @@ def scene() -> tuple[Floats, Floats]:
     return gt, est
 
 
-def estimated() -> list[int]:
+def estimated():
     """Return the rows of the estimate that there are."""
     return [row for row in range(N) if row not in MISSING]
 
 
-def write_tum(path: Path, poses: Floats, rows: list[int], delay: float, *, lost: bool) -> None:
+def write_tum(path, poses, rows, delay, *, lost):
     """Write ``timestamp tx ty tz qx qy qz qw``."""
     quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
     lines = ["# timestamp tx ty tz qx qy qz qw"]
@@ -57,7 +55,7 @@ def write_tum(path: Path, poses: Floats, rows: list[int], delay: float, *, lost:
     path.write_text("\n".join(lines) + "\n")
 
 
-def write_euroc(path: Path, poses: Floats) -> None:
+def write_euroc(path, poses):
     """Write a reference as EuRoC's data.csv; the velocities and biases are zero."""
     quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat(scalar_first=True)
     lines = ["#timestamp, p_x [m], p_y, p_z, q_w [], q_x, q_y, q_z, v (3), b_w (3), b_a (3)"]
@@ -67,14 +65,14 @@ def write_euroc(path: Path, poses: Floats) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
-def write_kitti(path: Path, poses: Floats, lost: tuple[int, ...] = ()) -> None:
+def write_kitti(path, poses, lost=()):
     """Write the upper three rows of each matrix; those that are lost as NaN."""
     rows = poses[:, :3].reshape(-1, 12).copy()
     rows[list(lost)] = np.nan
     path.write_text("".join(" ".join(f"{x:.12f}" for x in row) + "\n" for row in rows))
 
 
-def write_nerf(path: Path, poses: Floats, rows: list[int]) -> None:
+def write_nerf(path, poses, rows):
     """Write transforms.json with OpenGL camera axes."""
     frames = [
         {
@@ -86,7 +84,7 @@ def write_nerf(path: Path, poses: Floats, rows: list[int]) -> None:
     path.write_text(json.dumps({"camera_angle_x": 0.9, "frames": frames}, indent=1) + "\n")
 
 
-def colmap_model(poses: Floats, rows: list[int]) -> pycolmap.Reconstruction:
+def colmap_model(poses, rows):
     """Return a model without points."""
     model = pycolmap.Reconstruction()
     camera = pycolmap.Camera(
@@ -100,7 +98,7 @@ def colmap_model(poses: Floats, rows: list[int]) -> pycolmap.Reconstruction:
     return model
 
 
-def main() -> None:
+def main():
     """Write all files."""
     gt, est = scene()
     everything = list(range(N))

@@ -1,11 +1,8 @@
 """A small experiment that runs in a moment."""
 
-from collections.abc import Callable
-
-import pandas as pd
 import pytest
 
-from experiments.config import Sweep, load_sweep
+from experiments.config import load_sweep
 from experiments.sweep import run_sweeps
 
 SMALL = [
@@ -18,17 +15,17 @@ SMALL = [
 
 
 @pytest.fixture(scope="session")
-def small() -> Callable[..., Sweep]:
+def small():
     return lambda *overrides: load_sweep([*SMALL, *overrides])
 
 
 @pytest.fixture(scope="session")
-def run() -> Callable[..., pd.DataFrame]:
+def run():
     """Run one sweep, in this process by default."""
     return lambda sweep, n_jobs=1: run_sweeps([sweep], n_jobs)
 
 
 @pytest.fixture(scope="session")
-def trials(small: Callable[..., Sweep], run: Callable[..., pd.DataFrame]) -> pd.DataFrame:
+def trials(small, run):
     """The trials of the small experiment; not to be changed."""
     return run(small())

@@ -13,7 +13,7 @@ from experiments.tables import write_trials
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def whole(tmp_path_factory):
     """A folder with one of the paper's experiments, as it is published."""
     folder = tmp_path_factory.mktemp("results")
     sweep = load_sweep(["experiment=maa_vs_pas_length"])
@@ -22,22 +22,18 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def results(whole: Path, tmp_path: Path) -> Path:
+def results(whole, tmp_path):
     return Path(shutil.copytree(whole, tmp_path / "results"))
 
 
-def test_results_as_published_are_named_and_so_are_missing_ones(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_results_as_published_are_named_and_so_are_missing_ones(results, capsys):
     assert main([str(results)]) == 0
     printed = capsys.readouterr().out.splitlines()
     assert f"{results}/trials/maa_vs_pas_length.csv is as published" in printed
     assert f"{results}/trials/outliers.csv does not exist" in printed
 
 
-def test_one_changed_digit_of_a_trial_is_noticed(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_changed_digit_of_a_trial_is_noticed(results, capsys):
     path = results / "trials" / "maa_vs_pas_length.csv"
     text = path.read_text()
     path.write_text(text[:-2] + str((int(text[-2]) + 1) % 10) + "\n")
@@ -45,9 +41,7 @@ def test_one_changed_digit_of_a_trial_is_noticed(
     assert f"{path} was changed, or maa_vs_pas_length.json is not" in capsys.readouterr().err
 
 
-def test_trials_of_other_settings_are_noticed(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_trials_of_other_settings_are_noticed(results, capsys):
     path = results / "trials" / "maa_vs_pas_length.csv"
     sweep = load_sweep(["experiment=maa_vs_pas_length", "trials=2"])
     write_trials(path, run_sweeps([sweep]), [sweep])
@@ -55,9 +49,7 @@ def test_trials_of_other_settings_are_noticed(
     assert f"{path} (row 1, mAA is " in capsys.readouterr().err
 
 
-def test_a_changed_digit_of_a_table_is_noticed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_changed_digit_of_a_table_is_noticed(tmp_path, capsys):
     published = Path(__file__).parents[2] / "experiments" / "published"
     path = tmp_path / "tables" / "method_comparison.csv"
     path.parent.mkdir()

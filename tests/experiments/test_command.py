@@ -1,7 +1,6 @@
 """Commands end with an exit code, and with one line where something is wrong."""
 
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable
+from argparse import ArgumentParser
 from pathlib import Path
 
 import pytest
@@ -10,19 +9,17 @@ from experiments.command import ConfigError, run_command
 from experiments.tables import TableError
 
 
-def parser() -> ArgumentParser:
+def parser():
     command = ArgumentParser(prog="python -m experiments.example")
     command.add_argument("names", nargs="+")
     command.add_argument("--file")
     return command
 
 
-def test_names_may_stand_around_options_and_results_are_printed(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_names_may_stand_around_options_and_results_are_printed(capsys):
     seen = []
 
-    def work(options: Namespace) -> Iterable[object]:
+    def work(options):
         seen.append((options.names, options.file))
         return [Path("a.csv"), "3 of 4"]
 
@@ -43,10 +40,8 @@ def test_names_may_stand_around_options_and_results_are_printed(
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_what_goes_wrong_is_one_line_and_an_exit_code(
-    error: BaseException, code: int, line: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def work(_: Namespace) -> Iterable[object]:
+def test_what_goes_wrong_is_one_line_and_an_exit_code(error, code, line, capsys):
+    def work(_):
         raise error
 
     assert run_command(parser(), work, ["x"]) == code
@@ -54,13 +49,13 @@ def test_what_goes_wrong_is_one_line_and_an_exit_code(
     assert (out, err) == ("", f"experiments.example: {line}\n")
 
 
-def test_names_of_results_are_printable(capsys: pytest.CaptureFixture[str]) -> None:
+def test_names_of_results_are_printable(capsys):
     assert run_command(parser(), lambda options: ["\x1b[2J"], ["x"]) == 0
     assert capsys.readouterr().out == "\\x1b[2J\n"
 
 
-def test_faults_of_the_program_are_not_hidden() -> None:
-    def work(_: Namespace) -> Iterable[object]:
+def test_faults_of_the_program_are_not_hidden():
+    def work(_):
         raise ValueError("a defect")
 
     with pytest.raises(ValueError, match="a defect"):

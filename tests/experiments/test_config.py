@@ -1,17 +1,15 @@
 """Settings can all be overridden, and wrong ones end in one line."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from experiments.config import ConfigError, combine, load, load_sweep, read_yaml, to_overrides
 from experiments.sweep import run_sweeps
 
 
-def test_the_outlier_experiment_has_the_values_of_the_paper() -> None:
+def test_the_outlier_experiment_has_the_values_of_the_paper():
     sweep = load_sweep(["experiment=outliers"])
     levels = pytest.approx(np.arange(1, 11) / 100)
     assert (sweep.trials, sweep.n_cameras, sweep.sigma_r_deg) == (50, [100], [3.0])
@@ -42,7 +40,7 @@ def test_the_outlier_experiment_has_the_values_of_the_paper() -> None:
         ("metrics=[ATE,APE]", "'metrics': unknown metric 'APE'; close to it are ATE, "),
     ],
 )
-def test_wrong_settings_are_named_in_one_line(override: str, problem: str) -> None:
+def test_wrong_settings_are_named_in_one_line(override, problem):
     with pytest.raises(ConfigError) as caught:
         load(["experiment=outliers", override])
     assert problem in str(caught.value)
@@ -50,28 +48,28 @@ def test_wrong_settings_are_named_in_one_line(override: str, problem: str) -> No
 
 
 @pytest.mark.parametrize("name", ["größe", "a=b", "it's (1), [2]", "a b;#$*?", "日本"])
-def test_a_folder_of_results_may_have_any_name(name: str) -> None:
+def test_a_folder_of_results_may_have_any_name(name):
     assert load(to_overrides({"results_dir": name}))[1].results_dir == name
 
 
 @pytest.mark.parametrize("noise", ["sigma_t", "sigma_r_deg"])
-def test_the_largest_noise_gives_numbers_without_a_warning(noise: str) -> None:
+def test_the_largest_noise_gives_numbers_without_a_warning(noise):
     settings = ["n_cameras=[20]", "n_outliers=[2]", "outlier_side=1e100", f"{noise}=[1e100]"]
     settings += ["volume_per_camera=1e100", "metrics=[TAS,DTE,mAA,DRE,ATE]", "trials=1"]
     sweep = load_sweep(settings)
-    table: pd.DataFrame = run_sweeps([sweep])
+    table = run_sweeps([sweep])
     assert np.isfinite(table[sweep.metrics].to_numpy()).all()
 
 
 @pytest.mark.parametrize("kind", ["cluster", "frozen", "diverging", "missing"])
-def test_outliers_that_leave_too_few_cameras_are_refused(kind: str) -> None:
+def test_outliers_that_leave_too_few_cameras_are_refused(kind):
     settings = ["experiment=outliers", f"outliers={kind}", "n_cameras=[20]"]
     assert load_sweep([*settings, "n_outliers=[16]"]).outliers == kind
     with pytest.raises(ConfigError, match=f"'n_outliers' must leave at least 4 .* outliers={kind}"):
         load([*settings, "n_outliers=[17]"])
 
 
-def test_snakemake_settings_reach_hydra() -> None:
+def test_snakemake_settings_reach_hydra():
     # Snakemake reads lists as strings and an empty value as None.
     fine = "TAS(max_threshold=0.5, n_thresholds=10)"
     settings = {"trials": 5, "sigma_t": ["0.05", "0.1"], "volume_per_camera": None}
@@ -84,14 +82,14 @@ def test_snakemake_settings_reach_hydra() -> None:
     assert sweep.metrics == ["ATE", fine]
 
 
-def test_overrides_win_over_a_study_and_a_study_over_the_experiment() -> None:
+def test_overrides_win_over_a_study_and_a_study_over_the_experiment():
     study = {"experiment": "outliers", "trials": 9, "n_cameras": [80]}
     sweep = load_sweep(combine(study, ["trials=5"]))
     assert (sweep.name, sweep.trials, sweep.n_cameras) == ("outliers", 5, [80])
 
 
 @pytest.mark.parametrize("text", [None, "[", "5", "- {}\n- []"])
-def test_a_broken_file_of_settings_is_named_in_one_line(tmp_path: Path, text: str | None) -> None:
+def test_a_broken_file_of_settings_is_named_in_one_line(tmp_path, text):
     path = tmp_path / "own.yaml"
     if text is not None:
         path.write_text(text)

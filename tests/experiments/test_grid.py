@@ -1,13 +1,12 @@
 """The grid of each experiment, and what is evaluated in its cells."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
-from experiments.config import Selection, Sweep, experiment_names, load_sweep
+from experiments.config import Selection, experiment_names, load_sweep
 from experiments.grid import Cell, cells, evaluations
 
 
-def test_the_eight_experiments_of_the_paper_are_there() -> None:
+def test_the_eight_experiments_of_the_paper_are_there():
     grids = {name: len(cells(load_sweep([f"experiment={name}"]))) for name in experiment_names()}
     assert grids == {
         "collinear": 70,
@@ -21,13 +20,13 @@ def test_the_eight_experiments_of_the_paper_are_there() -> None:
     }
 
 
-def test_noise_rises_together_where_it_is_paired() -> None:
+def test_noise_rises_together_where_it_is_paired():
     grid = cells(load_sweep(["experiment=maa_vs_pas_outliers", "n_outliers=[0]"]))
     assert [round(100 * cell.sigma_t) for cell in grid] == list(range(1, 11))
     assert [cell.sigma_r_deg for cell in grid] == list(range(1, 11))
 
 
-def test_selections_name_cells_and_metrics_and_add_up(small: Callable[..., Sweep]) -> None:
+def test_selections_name_cells_and_metrics_and_add_up(small):
     sweep = small()
     assert evaluations(sweep) == dict.fromkeys(cells(sweep), sweep.metrics)
     only = [

@@ -1,10 +1,8 @@
 """Trials evaluate the library's metrics, with options; metrics of one trial share its errors."""
 
-from collections.abc import Callable
 from math import ceil
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.spatial.distance import cdist
 
@@ -16,18 +14,16 @@ from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.rotation import aligned_angles
 from experiments.command import ConfigError
-from experiments.config import Sweep, to_overrides
+from experiments.config import to_overrides
 from experiments.grid import KEY_COLUMNS, Cell, cells
 from experiments.metrics import (
     METRICS,
-    Batch,
     Column,
     Options,
     TrialMetric,
     evaluate,
     evaluate_scenes,
 )
-from experiments.scenes import Scene
 from experiments.sweep import draw_scene, trial_seeds
 from studies.statistics import power
 
@@ -35,21 +31,21 @@ SEED = np.random.SeedSequence(7)
 
 
 @pytest.fixture
-def scene(small: Callable[..., Sweep]) -> Scene:
+def scene(small):
     return draw_scene(small(), Cell(45, 5, 0.05, 4.0), np.random.SeedSequence(1))
 
 
-def value(scene: Scene, metric: str) -> float:
+def value(scene, metric):
     return evaluate(scene, [metric], SEED)[metric]
 
 
-def closest(scene: Scene) -> np.ndarray:
+def closest(scene):
     distances = cdist(scene.gt_positions, scene.gt_positions)
     np.fill_diagonal(distances, np.inf)
     return np.sort(distances.min(axis=1))
 
 
-def staircase(errors: np.ndarray, largest: float, count: int) -> float:
+def staircase(errors, largest, count):
     """Count camera by camera and threshold by threshold."""
     below = sum(e < largest * k / count for e in errors for k in range(1, count + 1))
     return below / (count * len(errors))
@@ -57,7 +53,7 @@ def staircase(errors: np.ndarray, largest: float, count: int) -> float:
 
 @pytest.mark.parametrize("threshold", [0.25, 1.0, 4.0])
 @pytest.mark.parametrize("count", [5, 100])
-def test_scores_are_counts_of_the_same_errors(scene: Scene, threshold: float, count: int) -> None:
+def test_scores_are_counts_of_the_same_errors(scene, threshold, count):
     plain = tas(scene.gt_positions, scene.est_positions, rng=SEED)
     found = value(scene, f"TAS(max_threshold={threshold}, n_thresholds={count})")
     assert found == pytest.approx(staircase(plain.errors, threshold * plain.unit, count), abs=1e-12)
@@ -66,13 +62,13 @@ def test_scores_are_counts_of_the_same_errors(scene: Scene, threshold: float, co
     assert found == pytest.approx(staircase(rotations.errors, 10 * threshold, count), abs=1e-12)
 
 
-def test_infinitely_many_thresholds_are_the_limit_of_many(scene: Scene) -> None:
+def test_infinitely_many_thresholds_are_the_limit_of_many(scene):
     for score in ("TAS", "RAS"):
         exact, many = (value(scene, f"{score}(n_thresholds={n})") for n in ("inf", 100_000))
         assert 0 < many - exact < 1e-5
 
 
-def test_metrics_together_have_the_values_of_metrics_alone(scene: Scene) -> None:
+def test_metrics_together_have_the_values_of_metrics_alone(scene):
     metrics = ["TAS", "TAS(max_threshold=2)", "TAS(quantile=0.5)", "TAS(n_hypotheses=30)", "PAS"]
     metrics += ["PAS(weight=0.25)", "TAS(seed=1)", "mAA", "mAA(pooled=true)"]
     metrics += ["mAA(max_threshold_deg=90)", "mAA(n_thresholds=10)"]
@@ -81,7 +77,7 @@ def test_metrics_together_have_the_values_of_metrics_alone(scene: Scene) -> None
     assert len(set(together.values())) == len(metrics)
 
 
-def test_scenes_in_one_batch_have_the_values_of_scenes_alone(small: Callable[..., Sweep]) -> None:
+def test_scenes_in_one_batch_have_the_values_of_scenes_alone(small):
     """Of several sizes, in no order, with missing cameras and with coinciding ones."""
     scenes = []
     for seed, n, lost in ((0, 30, 0), (1, 12, 0), (2, 30, 5), (3, 25, 0), (4, 30, 0), (5, 12, 3)):
@@ -97,9 +93,7 @@ def test_scenes_in_one_batch_have_the_values_of_scenes_alone(small: Callable[...
         assert {metric: values[index] for metric, values in together.items()} == alone
 
 
-def test_options_of_the_sweep_are_those_of_columns_without_their_own(
-    small: Callable[..., Sweep], scene: Scene
-) -> None:
+def test_options_of_the_sweep_are_those_of_columns_without_their_own(small, scene):
     sweep = small(
         "tas.max_threshold=2", "ras.max_threshold_deg=5", "pas.weight=0.3", "d.interpolated=true"
     )
@@ -111,7 +105,7 @@ def test_options_of_the_sweep_are_those_of_columns_without_their_own(
     assert found["d"] == value(scene, "d(interpolated=true)")
 
 
-def test_metrics_are_those_of_the_library(scene: Scene) -> None:
+def test_metrics_are_those_of_the_library(scene):
     poses = scene.gt_poses, scene.est_poses
     positions = scene.gt_positions, scene.est_positions
     rotations = scene.gt_rotations, scene.est_rotations
@@ -140,7 +134,7 @@ def test_metrics_are_those_of_the_library(scene: Scene) -> None:
     assert evaluate(scene, list(expected), SEED) == expected
 
 
-def test_trials_evaluate_what_the_registry_says(scene: Scene) -> None:
+def test_trials_evaluate_what_the_registry_says(scene):
     """Each entry, on the cameras at once: options and sharing change no value."""
     values = evaluate(scene, list(METRICS), SEED)
     for name, entry in METRICS.items():
@@ -151,9 +145,7 @@ def test_trials_evaluate_what_the_registry_says(scene: Scene) -> None:
         assert values[name] == pytest.approx(expected, rel=tolerance, abs=0)
 
 
-def test_columns_have_the_names_that_were_asked_for(
-    small: Callable[..., Sweep], run: Callable[..., pd.DataFrame]
-) -> None:
+def test_columns_have_the_names_that_were_asked_for(small, run):
     names = ["HalfDistance", "half_distance", "half:rotation", "tas"]
     table = run(small("n_outliers=[2]", "trials=2", f"metrics=[{','.join(map(repr, names))}]"))
     assert list(table.columns) == [*KEY_COLUMNS, *names]
@@ -164,7 +156,7 @@ def test_columns_have_the_names_that_were_asked_for(
 
 
 @pytest.mark.parametrize("score", [0.5, 0.25])
-def test_half_score_units_are_those_of_the_profiles(scene: Scene, score: float) -> None:
+def test_half_score_units_are_those_of_the_profiles(scene, score):
     profile = tas_profile(scene.gt_positions, scene.est_positions, rng=SEED)
     distance = value(scene, f"half_distance(score={score})")
     assert distance == pytest.approx(profile.unit_at(score), rel=0.01)
@@ -173,7 +165,7 @@ def test_half_score_units_are_those_of_the_profiles(scene: Scene, score: float) 
 
 
 @pytest.mark.parametrize("quantile", [0.02, 0.25, 0.6, 0.75, 1])
-def test_the_quantile_that_is_d(scene: Scene, quantile: float) -> None:
+def test_the_quantile_that_is_d(scene, quantile):
     unit = closest(scene)[ceil(round(quantile * 45, 6)) - 1]
     errors = tas(scene.gt_positions, scene.est_positions, rng=SEED).errors
     area = np.maximum(0, 1 - errors / unit).mean()
@@ -181,7 +173,7 @@ def test_the_quantile_that_is_d(scene: Scene, quantile: float) -> None:
     assert found == pytest.approx(area, rel=1e-9)
 
 
-def test_d_between_two_distances(scene: Scene) -> None:
+def test_d_between_two_distances(scene):
     interpolated = float(np.quantile(closest(scene), 0.75))
     assert value(scene, "d") == closest(scene)[ceil(0.75 * 45) - 1]
     assert value(scene, "d(interpolated=true)") == pytest.approx(interpolated)
@@ -191,14 +183,14 @@ def test_d_between_two_distances(scene: Scene) -> None:
     assert value(scene, "PAS(interpolated=true)") == pytest.approx(both)
 
 
-def test_the_ras_of_the_l1_average(scene: Scene) -> None:
+def test_the_ras_of_the_l1_average(scene):
     gt, est = scene.gt_rotations, scene.est_rotations
     (mean,) = rotation_l1_means((gt @ est.transpose(0, 2, 1))[None])
     errors = aligned_angles(gt, est, mean)
     assert value(scene, "RAS(averaging=l1)") == pytest.approx(staircase(errors, 10, 100))
 
 
-def test_the_papers_values_written_out_change_no_bit(small: Callable[..., Sweep]) -> None:
+def test_the_papers_values_written_out_change_no_bit(small):
     written = [
         "TAS(max_threshold=1, quantile=0.75, n_thresholds=100)",
         "TAS(n_hypotheses=1000, prescreen=0.1, order=0.1, registration=pcr99)",
@@ -218,9 +210,7 @@ def test_the_papers_values_written_out_change_no_bit(small: Callable[..., Sweep]
         ("prescreen=inf", 5, np.inf),
     ],
 )
-def test_order_and_prescreen_reach_the_registration(
-    scene: Scene, options: str, m: int, prescreen: float
-) -> None:
+def test_order_and_prescreen_reach_the_registration(scene, options, m, prescreen):
     expected = tas(
         scene.gt_positions,
         scene.est_positions,
@@ -232,7 +222,7 @@ def test_order_and_prescreen_reach_the_registration(
     assert value(scene, f"TAS({options})") == expected.score
 
 
-def test_seeds_of_the_registration_differ_and_repeat(scene: Scene) -> None:
+def test_seeds_of_the_registration_differ_and_repeat(scene):
     metrics = [f"TAS(seed={seed})" for seed in range(6)]
     values = evaluate(scene, ["TAS", *metrics], SEED)
     assert len(set(values.values())) >= 5
@@ -255,7 +245,7 @@ def test_seeds_of_the_registration_differ_and_repeat(scene: Scene) -> None:
         ("TAS(registration=refined, order=0.2)", "prescreen and order can be set for pcr99 alone"),
     ],
 )
-def test_impossible_options_are_refused_in_one_line(metric: str, problem: str) -> None:
+def test_impossible_options_are_refused_in_one_line(metric, problem):
     with pytest.raises(ConfigError) as caught:
         Column.parse(metric)
     assert problem in str(caught.value)
@@ -263,17 +253,13 @@ def test_impossible_options_are_refused_in_one_line(metric: str, problem: str) -
     assert "\n" not in str(caught.value)
 
 
-def test_a_metric_is_one_entry_of_the_registry(
-    small: Callable[..., Sweep],
-    run: Callable[..., pd.DataFrame],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_metric_is_one_entry_of_the_registry(small, run, monkeypatch):
     """Its name is known to the settings, its column is swept, its direction decides its power."""
 
     class Scale(Options):
         scale: float = 1.0
 
-    def accuracy(batch: Batch, options: Scale) -> list[float]:
+    def accuracy(batch, options):
         worlds = [(scene.gt_rotations, scene.est_rotations) for scene in batch.scenes]
         return [float(-options.scale * ras(*world).errors.max()) for world in worlds]
 
@@ -289,9 +275,7 @@ def test_a_metric_is_one_entry_of_the_registry(
     assert tau == pytest.approx(2 / 6**0.5)  # the four pairs at different levels are in order
 
 
-def test_protocols_are_metrics_by_their_names(
-    small: Callable[..., Sweep], run: Callable[..., pd.DataFrame]
-) -> None:
+def test_protocols_are_metrics_by_their_names(small, run):
     """With commas and colons, in a sweep; NaN where one has no value."""
     names = ["auc@30:vggt", "recall@1m,9deg:hloc-sim3", "ate:rmse", "are:rmse"]
     metrics = to_overrides({"metrics": [*names, "kitti"]})

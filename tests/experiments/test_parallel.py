@@ -35,7 +35,7 @@ runpy.run_module("experiments.run", run_name="__main__", alter_sys=True)
 """
 
 
-def run(*moment: str, results: Path) -> subprocess.CompletedProcess[str]:
+def run(*moment, results):
     """Run an experiment until something happens, and until no process holds its output."""
     command = [sys.executable, "-c", PROGRAM, *moment, *SMALL.split(), f"results_dir={results}"]
     return subprocess.run(
@@ -56,16 +56,14 @@ def run(*moment: str, results: Path) -> subprocess.CompletedProcess[str]:
     ],
     ids=" ".join,
 )
-def test_ctrl_c_ends_the_command_and_its_workers(
-    tmp_path: Path, moment: tuple[str, str, str], act: str
-) -> None:
+def test_ctrl_c_ends_the_command_and_its_workers(tmp_path, moment, act):
     done = run(*moment, act, results=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
     assert not list(tmp_path.rglob("*.csv"))
 
 
 @pytest.mark.parametrize("number", ["1", "2"])
-def test_a_process_that_cannot_start_is_one_line(tmp_path: Path, number: str) -> None:
+def test_a_process_that_cannot_start_is_one_line(tmp_path, number):
     done = run("os.fork", "", number, "No more", results=tmp_path)
     problem = "experiments.run: no further process can be started (No more); set fewer jobs\n"
     assert (done.returncode, done.stdout, done.stderr) == (1, "", problem)

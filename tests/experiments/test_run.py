@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -15,15 +14,14 @@ SMALL = ["experiment=outliers", "trials=1", "n_jobs=1"]
 SMALL += ["n_cameras=[25]", "n_outliers=[3]", "sigma_t=[0.02]"]
 
 ROOT = Path(__file__).resolve().parents[2]
-Command = Callable[..., int]
 
 
 @pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
+def command(monkeypatch, tmp_path):
     """Run it with some arguments in an empty folder, and return the exit code."""
     monkeypatch.chdir(tmp_path)
 
-    def run(*arguments: str) -> int:
+    def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["experiments.run", *arguments])
         try:
             main()
@@ -34,9 +32,7 @@ def command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
     return run
 
 
-def test_an_experiment_is_a_table_and_its_record(
-    command: Command, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_experiment_is_a_table_and_its_record(command, capsys):
     assert command(*SMALL, "results_dir='größe'", "tas.max_threshold=2") == 0
     assert capsys.readouterr().out == "größe/trials/outliers.csv\n"
     files = {str(path) for path in Path().rglob("*") if path.is_file()}
@@ -45,7 +41,7 @@ def test_an_experiment_is_a_table_and_its_record(
     assert (trials.sweep.trials, trials.sweep.tas.max_threshold, len(trials.table)) == (1, 2, 1)
 
 
-def test_a_multirun_is_a_table_for_each_job(command: Command) -> None:
+def test_a_multirun_is_a_table_for_each_job(command):
     settings = [*SMALL[1:], "metrics=[TAS]", "tas.max_threshold=0.5,2"]
     assert command("--multirun", "experiment=outliers,collinear", *settings) == 0
     tables = {str(path): pd.read_csv(path) for path in Path("results/multirun").rglob("*.csv")}
@@ -61,9 +57,7 @@ def test_a_multirun_is_a_table_for_each_job(command: Command) -> None:
     assert means["collinear", "0.5"] < means["collinear", "2"]
 
 
-def test_the_composed_settings_have_the_options_of_the_metrics(
-    command: Command, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_composed_settings_have_the_options_of_the_metrics(command, capsys):
     assert command("--cfg", "job", "ras.max_threshold_deg=5") == 0
     printed = capsys.readouterr().out
     assert "ras:\n  max_threshold_deg: 5\n" in printed
@@ -81,9 +75,7 @@ def test_the_composed_settings_have_the_options_of_the_metrics(
         ("results_dir=file", 1, "cannot write file/trials: Not a directory"),
     ],
 )
-def test_wrong_settings_are_named_and_nothing_is_written(
-    command: Command, capsys: pytest.CaptureFixture[str], override: str, code: int, problem: str
-) -> None:
+def test_wrong_settings_are_named_and_nothing_is_written(command, capsys, override, code, problem):
     Path("file").touch()
     assert command(*SMALL, *override.split()) == code
     said = capsys.readouterr().err
@@ -99,7 +91,7 @@ def test_wrong_settings_are_named_and_nothing_is_written(
         ("experiment=oultiers", "In 'config': Could not find 'experiment/oultiers'"),
     ],
 )
-def test_a_wrong_key_ends_in_one_sentence(override: str, problem: str) -> None:
+def test_a_wrong_key_ends_in_one_sentence(override, problem):
     run = [sys.executable, "-m", "experiments.run", override]
     done = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=False)
     remedy = "run: python -m experiments.run --help\n"

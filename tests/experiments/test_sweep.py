@@ -1,6 +1,5 @@
 """Trials are reproducible to the last bit, whatever else runs, where and in which order."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,19 +7,14 @@ import pandas as pd
 import pytest
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
-from experiments.config import Selection, Sweep, experiment_names, load_sweep
+from experiments.config import Selection, experiment_names, load_sweep
 from experiments.grid import KEY_COLUMNS, Cell, cells
 from experiments.metrics import evaluate
 from experiments.scenes import ERRORS, OUTLIERS, PATHS
 from experiments.sweep import draw_scene, run_sweeps, trial_seeds
 
-Small = Callable[..., Sweep]
-Run = Callable[..., pd.DataFrame]
 
-
-def test_a_table_has_a_row_a_trial_and_a_column_a_metric(
-    small: Small, trials: pd.DataFrame
-) -> None:
+def test_a_table_has_a_row_a_trial_and_a_column_a_metric(small, trials):
     assert list(trials.columns) == [*KEY_COLUMNS, "ATE", "DTE", "mAA", "TAS"]
     keys = [[*vars(cell).values(), trial] for cell in cells(small()) for trial in range(3)]
     columns = ["n_cameras", "n_outliers", "sigma_t", "sigma_r_deg", "trial"]
@@ -30,33 +24,29 @@ def test_a_table_has_a_row_a_trial_and_a_column_a_metric(
     assert trials.notna().all(axis=None)
 
 
-def test_processes_change_no_bit(small: Small, run: Run, trials: pd.DataFrame) -> None:
+def test_processes_change_no_bit(small, run, trials):
     pd.testing.assert_frame_equal(run(small(), n_jobs=2), trials, check_exact=True)
 
 
-def test_a_trial_does_not_depend_on_the_rest_of_the_grid(
-    small: Small, run: Run, trials: pd.DataFrame
-) -> None:
+def test_a_trial_does_not_depend_on_the_rest_of_the_grid(small, run, trials):
     part = run(small("sigma_t=[0.05]", "n_outliers=[3]", "trials=2"))
     same = trials[(trials.sigma_t == 0.05) & (trials.n_outliers == 3) & (trials.trial < 2)]
     pd.testing.assert_frame_equal(part, same.reset_index(drop=True), check_exact=True)
 
 
-def test_a_trial_does_not_depend_on_those_evaluated_with_it(small: Small, run: Run) -> None:
+def test_a_trial_does_not_depend_on_those_evaluated_with_it(small, run):
     one = ["n_cameras=[10]", "n_outliers=[0]", "sigma_t=[0.05]", "metrics=[DTE,RAS,RMS-2]"]
     many, few = (run(small(*one, f"trials={trials}")) for trials in (52, 3))
     pd.testing.assert_frame_equal(many[:3], few, check_exact=True)
 
 
 @pytest.mark.parametrize("override", ["seed=1", "replicate=1"])
-def test_another_seed_or_replicate_gives_other_trials(
-    small: Small, run: Run, trials: pd.DataFrame, override: str
-) -> None:
+def test_another_seed_or_replicate_gives_other_trials(small, run, trials, override):
     other = run(small(override, "metrics=[ATE,TAS]"))
     assert not (trials[["ATE", "TAS"]] == other[["ATE", "TAS"]]).any(axis=None)
 
 
-def test_no_two_trials_share_their_randomness() -> None:
+def test_no_two_trials_share_their_randomness():
     sweeps = [load_sweep([f"experiment={name}"]) for name in experiment_names()]
     seeds = [
         tuple(seed.generate_state(4))
@@ -68,7 +58,7 @@ def test_no_two_trials_share_their_randomness() -> None:
     assert len(set(seeds)) == len(seeds)
 
 
-def test_the_seeds_of_published_results_stay() -> None:
+def test_the_seeds_of_published_results_stay():
     """Their spawn keys: checksums of the name and of the cell as it is written, then numbers."""
     sweep = replace(load_sweep(["experiment=outliers"]), seed=5, replicate=2)
     seeds = trial_seeds(sweep, Cell(100, 1, 0.05, 3.0), 7)
@@ -77,7 +67,7 @@ def test_the_seeds_of_published_results_stay() -> None:
     assert [seed.spawn_key for seed in seeds] == [(*key, 0), (*key, 1)]
 
 
-def test_a_row_holds_the_metrics_of_its_scene(small: Small, run: Run) -> None:
+def test_a_row_holds_the_metrics_of_its_scene(small, run):
     one = ["n_outliers=[3]", "sigma_t=[0.05]", "trials=2"]
     sweep = small(*one, "metrics=[ATE,mAA,TAS,RAS,PAS,RMS-2]")
     row = run(sweep).iloc[1]
@@ -89,7 +79,7 @@ def test_a_row_holds_the_metrics_of_its_scene(small: Small, run: Run) -> None:
 
 
 @pytest.mark.parametrize(("volume_per_camera", "side"), [("0.1", 2.0), ("10", 2000 ** (1 / 3))])
-def test_volume_grows_with_the_number_of_cameras(volume_per_camera: str, side: float) -> None:
+def test_volume_grows_with_the_number_of_cameras(volume_per_camera, side):
     sweep = load_sweep(["experiment=trajectory_length", f"volume_per_camera={volume_per_camera}"])
     cell = Cell(80 if volume_per_camera == "0.1" else 200, 0, 0.01, 3.0)
     positions = draw_scene(sweep, cell, np.random.SeedSequence(0)).gt_positions
@@ -97,7 +87,7 @@ def test_volume_grows_with_the_number_of_cameras(volume_per_camera: str, side: f
     assert np.abs(positions).max() <= side / 2
 
 
-def test_another_frame_rate_has_the_same_cameras() -> None:
+def test_another_frame_rate_has_the_same_cameras():
     """Each third of them, beginning with the first."""
     cell = Cell(40, 0, 0.1, 1.0)
     sweeps = [load_sweep(["geometry=car", f"every={k}"]) for k in (1, 3)]
@@ -106,7 +96,7 @@ def test_another_frame_rate_has_the_same_cameras() -> None:
         np.testing.assert_array_equal(getattr(kept, name), getattr(whole, name)[::3])
 
 
-def test_every_generator_changes_the_trials(small: Small, run: Run) -> None:
+def test_every_generator_changes_the_trials(small, run):
     one = small("n_outliers=[3]", "sigma_t=[0.05]", "trials=1", "metrics=[ATE]")
     choices = [("geometry", name) for name in PATHS if name != "cube"]
     choices += [("error", name) for name in ERRORS] + [("outliers", name) for name in OUTLIERS]
@@ -116,7 +106,7 @@ def test_every_generator_changes_the_trials(small: Small, run: Run) -> None:
     assert len(found) == len(changed) - 1  # the paper's error and its outliers are the same trial
 
 
-def test_sweeps_are_joined_in_one_table(small: Small, trials: pd.DataFrame) -> None:
+def test_sweeps_are_joined_in_one_table(small, trials):
     """Values that are not asked for are empty; the others are those of the whole sweep."""
     only = [Selection(["TAS"], {"n_outliers": [3]}), Selection(["ATE"], {"sigma_t": [0.02]})]
     part = replace(small(), selections=only)
@@ -133,7 +123,7 @@ def test_sweeps_are_joined_in_one_table(small: Small, trials: pd.DataFrame) -> N
     assert table["RAS"].notna().tolist() == [False] * 9 + [True] * 4
 
 
-def test_the_thread_limit_of_blas_ends_with_a_sweep(small: Small, run: Run) -> None:
+def test_the_thread_limit_of_blas_ends_with_a_sweep(small, run):
     with threadpool_limits(2, user_api="blas"):
         run(small("trials=1", "metrics=[ATE]"))
         libraries = ThreadpoolController().select(user_api="blas").info()

@@ -1,19 +1,17 @@
 """Tables are read back bit for bit, or refused in one line that names the file and what to do."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from experiments.config import Selection, Sweep
+from experiments.config import Selection
 from experiments.sweep import run_sweeps
 from experiments.tables import TableError, read_table, read_trials, write_files, write_trials
 
 
-def test_a_file_that_cannot_be_written_is_named_and_no_other_is_written(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written_is_named_and_no_other_is_written(tmp_path):
     first, obstacle = tmp_path / "a" / "1.csv", tmp_path / "b" / "2.csv"
     obstacle.mkdir(parents=True)
     with pytest.raises(OSError, match="directory") as caught:
@@ -22,9 +20,7 @@ def test_a_file_that_cannot_be_written_is_named_and_no_other_is_written(tmp_path
     assert not any(path.is_file() for path in tmp_path.rglob("*"))
 
 
-def test_trials_and_settings_come_back_bit_for_bit(
-    tmp_path: Path, small: Callable[..., Sweep], trials: pd.DataFrame
-) -> None:
+def test_trials_and_settings_come_back_bit_for_bit(tmp_path, small, trials):
     path = tmp_path / "a" / "outliers.csv"
     write_trials(path, trials, [small()])
     read = read_trials(path)
@@ -32,9 +28,7 @@ def test_trials_and_settings_come_back_bit_for_bit(
     assert (read.path, read.sweep, read.record.sweeps) == (path, small(), (small(),))
 
 
-def test_a_table_of_several_sweeps_comes_back_bit_for_bit(
-    tmp_path: Path, small: Callable[..., Sweep]
-) -> None:
+def test_a_table_of_several_sweeps_comes_back_bit_for_bit(tmp_path, small):
     path = tmp_path / "0.csv"
     part = replace(
         small("trials=1", "tas.n_thresholds=inf"),
@@ -49,13 +43,13 @@ def test_a_table_of_several_sweeps_comes_back_bit_for_bit(
 
 
 @pytest.fixture
-def table(tmp_path: Path, small: Callable[..., Sweep], trials: pd.DataFrame) -> Path:
+def table(tmp_path, small, trials):
     path = tmp_path / "outliers.csv"
     write_trials(path, trials, [small()])
     return path
 
 
-def test_the_record_has_settings_versions_commit_and_platform(table: Path) -> None:
+def test_the_record_has_settings_versions_commit_and_platform(table):
     record = json.loads(table.with_suffix(".json").read_text())
     assert list(record) == ["sweeps", "sha256", "packages", "git", "python", "platform"]
     assert (record["sweeps"][0]["sigma_t"], record["sweeps"][0]["seed"]) == ([0.02, 0.05], 0)
@@ -63,7 +57,7 @@ def test_the_record_has_settings_versions_commit_and_platform(table: Path) -> No
     assert {"alignscores", "numpy", "scipy", "pandas"} <= set(record["packages"])
 
 
-def refusal(path: Path, of: Path) -> str:
+def refusal(path, of):
     """Return what is wrong with a table of trials, without the end of the line."""
     with pytest.raises(TableError) as caught:
         read_trials(path)
@@ -77,14 +71,14 @@ def refusal(path: Path, of: Path) -> str:
 CHANGED = "was changed, or outliers.json is not its record"
 
 
-def test_a_changed_table_is_refused(table: Path) -> None:
+def test_a_changed_table_is_refused(table):
     content = table.read_bytes()
     place = content.rindex(b".") + 1
     table.write_bytes(content[:place] + b"7" + content[place:])
     assert refusal(table, table).startswith(CHANGED)
 
 
-def test_a_missing_table_and_a_folder_in_its_place_are_refused(table: Path) -> None:
+def test_a_missing_table_and_a_folder_in_its_place_are_refused(table):
     table.unlink()
     assert refusal(table, table).startswith("does not exist")
     table.mkdir()
@@ -102,19 +96,19 @@ def test_a_missing_table_and_a_folder_in_its_place_are_refused(table: Path) -> N
     ],
     ids=lambda text: text[:20],
 )
-def test_what_is_no_record_is_refused(table: Path, text: str) -> None:
+def test_what_is_no_record_is_refused(table, text):
     record = table.with_suffix(".json")
     record.write_text(text)
     assert refusal(table, record).startswith("is not the record of a table of trials")
 
 
-def test_a_missing_record_is_refused(table: Path) -> None:
+def test_a_missing_record_is_refused(table):
     record = table.with_suffix(".json")
     record.unlink()
     assert refusal(table, record).startswith("does not exist")
 
 
-def test_a_table_needs_the_columns_that_are_asked_for(tmp_path: Path) -> None:
+def test_a_table_needs_the_columns_that_are_asked_for(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("a,b\n1,2\n")
     assert read_table(path, ["b"], dtype={"a": str})["a"].tolist() == ["1"]

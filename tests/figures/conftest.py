@@ -1,11 +1,9 @@
 """Trials of the paper's experiments, few of them, and figures drawn from them."""
 
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 import pytest
-from matplotlib.figure import Figure
 
 from experiments.config import load_sweep
 from experiments.sweep import run_sweeps
@@ -24,11 +22,11 @@ FIGURES = {  # of the paper, each with the experiments whose trials it shows
 
 
 @pytest.fixture(scope="session")
-def run() -> Callable[..., Trials]:
+def run():
     """Run an experiment, once for all tests: ``run("outliers", "sigma_t=[0.05]")``."""
 
     @cache
-    def run_few(experiment: str, *overrides: str) -> Trials:
+    def run_few(experiment, *overrides):
         settings = [f"experiment={experiment}", "trials=3", *overrides]
         sweep = load_sweep(settings)
         path = Path("results", "trials", f"{experiment}.csv")
@@ -38,14 +36,14 @@ def run() -> Callable[..., Trials]:
 
 
 @pytest.fixture(scope="session")
-def draw(run: Callable[..., Trials]) -> Callable[..., Figure]:
+def draw(run):
     """Draw a figure of the paper from such trials."""
 
     @cache
-    def draw_few(name: str, *overrides: str) -> Figure:
+    def draw_few(name, *overrides):
         trials = [run(experiment, *overrides) for experiment in FIGURES[name]]
         modules = {"histogram": histogram.draw, "maa_vs_pas": maa_vs_pas.draw}
-        figure: Figure = (modules.get(name) or getattr(noise, name))(*trials)
+        figure = (modules.get(name) or getattr(noise, name))(*trials)
         return figure
 
     return draw_few

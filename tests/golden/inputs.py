@@ -3,13 +3,10 @@
 Scenes and runs are drawn here, so that they stay the same whatever happens to the study's scenes.
 """
 
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-
-from alignscores.arrays import Floats
 
 N_SCENES = 60
 REAL = Path(__file__).resolve().parents[3] / "shared" / "real"
@@ -17,7 +14,7 @@ SEQUENCES = {"MH_03": 1403637160.0, "V2_02": 1413393915.0}  # start of each piec
 SYSTEMS = {"vislam_ba": 3, "vislam_rp": 3, "vio_mono": 1}  # and how many runs of each
 
 
-def scene(index: int, alignment: str = "similarity") -> tuple[Floats, Floats]:
+def scene(index, alignment="similarity"):
     """Return ground truth and estimate (n, 4, 4), in frames that differ by what is aligned."""
     n = (5, 10, 20, 50, 150)[index % 5]
     path = ("cube", "line", "loop")[index // 5 % 3]
@@ -49,7 +46,7 @@ def scene(index: int, alignment: str = "similarity") -> tuple[Floats, Floats]:
     return gt, est
 
 
-def write_made_runs(folder: Path) -> None:
+def write_made_runs(folder):
     """Write two sequences of 40 s at 20 Hz, and two runs each of three systems."""
     times = 1_600_000_000 + np.arange(800) / 20
     for number, sequence in enumerate(("hall", "yard")):
@@ -74,7 +71,7 @@ def write_made_runs(folder: Path) -> None:
                 )
 
 
-def write_real_runs(folder: Path) -> None:
+def write_real_runs(folder):
     """Write 40 s of two EuRoC sequences, and fr2/desk and KITTI 00 thinned.
 
     They are cut from ``shared/real``, whose licences keep the files out of the repository; its
@@ -95,14 +92,14 @@ def write_real_runs(folder: Path) -> None:
         )
 
 
-def poses(rotations: Rotation, positions: Floats) -> Floats:
+def poses(rotations, positions):
     """Return matrices (n, 4, 4)."""
     matrices = np.tile(np.eye(4), (len(positions), 1, 1))
     matrices[:, :3, :3], matrices[:, :3, 3] = rotations.as_matrix(), positions
     return matrices
 
 
-def disturbed(gt: Floats, rng: np.random.Generator, sigma: float, degrees: float) -> Floats:
+def disturbed(gt, rng, sigma, degrees):
     """Return poses with normal errors of these standard deviations along each axis."""
     errors = Rotation.from_rotvec(rng.normal(0, degrees, (len(gt), 3)), degrees=True)
     est = poses(errors, gt[:, :3, 3] + rng.normal(0, sigma, (len(gt), 3)))
@@ -110,17 +107,17 @@ def disturbed(gt: Floats, rng: np.random.Generator, sigma: float, degrees: float
     return est
 
 
-def write_tum(path: Path, times: Floats, matrices: Floats) -> None:
+def write_tum(path, times, matrices):
     """Write ``timestamp tx ty tz qx qy qz qw``."""
     path.parent.mkdir(parents=True, exist_ok=True)
     quaternions = Rotation.from_matrix(matrices[:, :3, :3]).as_quat()
     np.savetxt(path, np.column_stack([times, matrices[:, :3, 3], quaternions]), fmt="%.12f")
 
 
-def _lines(path: Path) -> list[str]:
+def _lines(path):
     return [line for line in path.read_text().splitlines() if not line.startswith("#")]
 
 
-def _write_lines(path: Path, lines: Iterable[str]) -> None:
+def _write_lines(path, lines):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join(lines) + "\n")

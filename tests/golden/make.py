@@ -7,13 +7,11 @@ the same commit, whose message says why.
 import io
 import json
 import sys
-from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
 from math import isfinite
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
@@ -33,8 +31,6 @@ from experiments.config import load_sweep
 from experiments.sweep import run_sweeps
 
 from .inputs import N_SCENES, SEQUENCES, scene, write_made_runs, write_real_runs
-
-Numbers = dict[str, Any]
 
 FOLDER = Path(__file__).parent
 DATA = FOLDER.parent / "data"
@@ -64,7 +60,7 @@ EXPERIMENTS = """
 """.split()  # noqa: SIM905
 
 
-def formats(folder: Path) -> Numbers:
+def formats(folder):
     """The JSON of the command for every format in ``tests/data``."""
     found = {}
     for form, files in FORMATS.items():
@@ -74,7 +70,7 @@ def formats(folder: Path) -> Numbers:
     return flat(found)
 
 
-def scenes(folder: Path) -> Numbers:
+def scenes(folder):
     """Scores, and the distance and angle of half a score: a list over the scenes for each."""
     found = {}
     for alignment in ALIGNMENTS:
@@ -83,7 +79,7 @@ def scenes(folder: Path) -> Numbers:
     return flat(found)
 
 
-def _scores(gt: Any, est: Any, alignment: str) -> Numbers:
+def _scores(gt, est, alignment):
     positions, rotations = (gt[:, :3, 3], est[:, :3, 3]), (gt[:, :3, :3], est[:, :3, :3])
     angles = ras(*rotations, alignment=alignment)
     found = {
@@ -104,7 +100,7 @@ def _scores(gt: Any, est: Any, alignment: str) -> Numbers:
     return found
 
 
-def protocols(folder: Path) -> Numbers:
+def protocols(folder):
     """Metrics of other projects, on the scenes that are 20 and 50 cameras."""
     found = {}
     for index in (2, 3, 12, 13, 17, 18, 32, 33, 43, 48):
@@ -116,9 +112,9 @@ def protocols(folder: Path) -> Numbers:
     return flat(found)
 
 
-def baselines(folder: Path) -> Numbers:
+def baselines(folder):
     """The paper's baselines, on the scenes where all cameras are estimated."""
-    found: dict[str, list[float]] = {}
+    found = {}
     for index in (*range(30), *range(45, 60)):
         gt, est = scene(index)
         rotations = gt[:, :3, :3], est[:, :3, :3]
@@ -134,7 +130,7 @@ def baselines(folder: Path) -> Numbers:
     return flat(found)
 
 
-def trials(folder: Path) -> Numbers:
+def trials(folder):
     """The tables of the eight experiments at two trials a cell: a list for each column."""
     found = {}
     for name in EXPERIMENTS:
@@ -144,7 +140,7 @@ def trials(folder: Path) -> Numbers:
     return flat(found)
 
 
-def made_runs(folder: Path) -> Numbers:
+def made_runs(folder):
     """`evaluate` and `compare` on runs with time stamps that are drawn."""
     write_made_runs(folder)
     found = {}
@@ -158,7 +154,7 @@ def made_runs(folder: Path) -> Numbers:
     return flat(found) | _compared(folder)
 
 
-def real_runs(folder: Path) -> Numbers:
+def real_runs(folder):
     """`evaluate` and `compare` on pieces of real runs; their origin: ``shared/real``."""
     write_real_runs(folder)
     found = {}
@@ -178,19 +174,19 @@ def real_runs(folder: Path) -> Numbers:
     return flat(found) | _compared(folder)
 
 
-def _compared(folder: Path) -> Numbers:
+def _compared(folder):
     patterns = "{sequence}/groundtruth.txt", "{sequence}/{system}/{run}.txt"
     found = compare(*(f"{folder}/{pattern}" for pattern in patterns), format="tum").to_dict()
     return flat({key: found[key] for key in ("systems", "comparisons")}, "compare")
 
 
-RESULTS: dict[str, Callable[[Path], Numbers]] = {
+RESULTS = {
     make.__name__: make
     for make in (formats, scenes, protocols, baselines, trials, made_runs, real_runs)
 }
 
 
-def flat(value: Any, key: str = "") -> Numbers:
+def flat(value, key=""):
     """Return the numbers in a JSON value by the path to each, to 10 significant digits.
 
     Lists of numbers stay together. An undefined number is None.
@@ -198,7 +194,7 @@ def flat(value: Any, key: str = "") -> Numbers:
     return dict(_flat(value, key))
 
 
-def _flat(value: Any, key: str) -> Iterator[tuple[str, Any]]:
+def _flat(value, key):
     if isinstance(value, dict):
         for name, part in value.items():
             yield from _flat(part, f"{key}/{name}" if key else str(name))
@@ -211,17 +207,17 @@ def _flat(value: Any, key: str) -> Iterator[tuple[str, Any]]:
         yield key, _rounded(value)
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value):
     return value is None or (isinstance(value, (int, float)) and not isinstance(value, bool))
 
 
-def _rounded(value: float | None) -> float | None:
+def _rounded(value):
     if value is None or not isfinite(value):
         return None
     return value if isinstance(value, int) else float(f"{value:.10g}")
 
 
-def main(names: list[str]) -> None:
+def main(names):
     """Write the files that are named, by default all."""
     for name in names or RESULTS:
         with TemporaryDirectory() as folder:

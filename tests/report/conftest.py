@@ -1,14 +1,12 @@
 """Results made up in a moment, with every verdict in them, and a page read back."""
 
-from collections.abc import Callable
 from io import BytesIO
 from itertools import cycle, islice
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from bs4 import BeautifulSoup, Tag
+from bs4 import BeautifulSoup
 from PIL import Image
 
 from experiments.config import experiment_names, load_sweep
@@ -22,12 +20,12 @@ TRIALS = 7
 VERDICTS = ("reproduced", "not reproduced", "reproduced", "inconclusive", "reproduced")
 
 
-def text_of(element: Tag) -> str:
+def text_of(element):
     """Return all text in an element."""
     return " ".join(element.get_text().split())
 
 
-def write_results(folder: Path) -> None:
+def write_results(folder):
     """Write all that the page needs, and the tables of one study."""
     claims = list(load_claims().claims.values())
     verdicts = list(islice(cycle(VERDICTS), len(claims)))
@@ -69,21 +67,21 @@ def write_results(folder: Path) -> None:
         write_trials(folder / "trials" / f"{name}.csv", pd.DataFrame(), (sweep,))
 
 
-def numbers(verdicts: list[str]) -> dict[str, object]:
+def numbers(verdicts):
     """Return the numbers and words of claims with these verdicts."""
     truths = {"reproduced": "true", "not reproduced": "false", "inconclusive": "open"}
     columns = {"ours": 0.5, "low": 0.4, "high": 0.6, "mean_low": 0.45, "mean_high": 0.55}
     return columns | {"verdict": verdicts, "population": [truths[word] for word in verdicts]}
 
 
-def write(path: Path, table: pd.DataFrame) -> None:
+def write(path, table):
     path.parent.mkdir(parents=True, exist_ok=True)
     table.to_csv(path, index=False)
 
 
 @pytest.fixture(scope="session")
-def make_page() -> Callable[..., BeautifulSoup]:
-    def make(folder: Path, *settings: str) -> BeautifulSoup:
+def make_page():
+    def make(folder, *settings):
         html = folder / "report.html"
         assert main([str(folder), "--output", str(html), "--settings", *settings]) == 0
         return BeautifulSoup(html.read_text("utf-8"), "html.parser")
@@ -92,16 +90,14 @@ def make_page() -> Callable[..., BeautifulSoup]:
 
 
 @pytest.fixture
-def results(tmp_path: Path) -> Path:
+def results(tmp_path):
     """A folder of results, to be changed at will."""
     write_results(tmp_path / "results")
     return tmp_path / "results"
 
 
 @pytest.fixture(scope="session")
-def page(
-    tmp_path_factory: pytest.TempPathFactory, make_page: Callable[..., BeautifulSoup]
-) -> BeautifulSoup:
+def page(tmp_path_factory, make_page):
     """The page of results in which nothing is changed."""
     folder = tmp_path_factory.mktemp("original")
     write_results(folder)

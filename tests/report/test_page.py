@@ -1,12 +1,9 @@
 """The page shows all that is in the folder, stands alone, and can be read by everybody."""
 
-from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 
 import pandas as pd
 import pytest
-from bs4 import BeautifulSoup
 
 from report.__main__ import main
 from studies.claims.claims import load_claims
@@ -14,12 +11,10 @@ from tests.figures.conftest import FIGURES
 
 from .conftest import text_of
 
-MakePage = Callable[..., BeautifulSoup]
-
 CLAIMS = load_claims().claims
 
 
-def test_every_claim_has_a_row_with_its_verdict_and_numbers(page: BeautifulSoup) -> None:
+def test_every_claim_has_a_row_with_its_verdict_and_numbers(page):
     rows = {row["id"]: row for row in page.find_all("tr", id=True)}
     assert list(rows) == [f"claim-{name}" for name in CLAIMS]
     for name, row in zip(CLAIMS, rows.values(), strict=True):
@@ -32,9 +27,7 @@ def test_every_claim_has_a_row_with_its_verdict_and_numbers(page: BeautifulSoup)
     assert all(claim.sentence in text for claim in CLAIMS.values())
 
 
-def test_statements_are_counted_first_and_those_that_fail_stand_at_the_top(
-    page: BeautifulSoup,
-) -> None:
+def test_statements_are_counted_first_and_those_that_fail_stand_at_the_top(page):
     (answer,) = map(text_of, page.find_all("p", class_="answer"))
     assert answer.startswith("67 statements of the paper: ")
     assert "They make 104 claims: 61 reproduced, " in answer
@@ -45,7 +38,7 @@ def test_statements_are_counted_first_and_those_that_fail_stand_at_the_top(
     assert "A quick look: the paper has 50 trials" in text_of(header)
 
 
-def test_it_needs_no_other_file_and_every_link_leads_somewhere(page: BeautifulSoup) -> None:
+def test_it_needs_no_other_file_and_every_link_leads_somewhere(page):
     html = str(page)
     assert html.endswith("</html>\n")
     assert not page.find_all(["link", "iframe", "object", "base", "form", "script"])
@@ -58,7 +51,7 @@ def test_it_needs_no_other_file_and_every_link_leads_somewhere(page: BeautifulSo
         assert href.startswith("https://") or href.removeprefix("#") in ids, href
 
 
-def test_it_can_be_read_without_seeing_it(page: BeautifulSoup) -> None:
+def test_it_can_be_read_without_seeing_it(page):
     levels = [int(heading.name[1]) for heading in page.find_all(["h1", "h2", "h3"])]
     assert levels.count(1) == 1
     assert all(after <= before + 1 for before, after in pairwise(levels))
@@ -68,7 +61,7 @@ def test_it_can_be_read_without_seeing_it(page: BeautifulSoup) -> None:
     assert page.html["lang"] == "en"
 
 
-def test_figures_table_1_and_readings_are_shown(page: BeautifulSoup) -> None:
+def test_figures_table_1_and_readings_are_shown(page):
     for name in FIGURES:
         assert len(page.find(id=f"figure-{name}").find_all("img")) == 1
     cells = page.find(id="comparison").find_all("td", class_="disagrees")
@@ -77,20 +70,20 @@ def test_figures_table_1_and_readings_are_shown(page: BeautifulSoup) -> None:
     assert "mean curve, 3 replicates: 2 of 2 verdicts change" in text_of(page.find(id="readings"))
 
 
-def test_a_study_has_a_section_where_its_table_is_in_the_folder(page: BeautifulSoup) -> None:
+def test_a_study_has_a_section_where_its_table_is_in_the_folder(page):
     rows = page.find(id="head_to_head").find_all("tr")
     rows = [[text_of(cell) for cell in row.find_all(["th", "td"])] for row in rows]
     assert rows[1:] == [["outliers", "mAA", "90.25"], ["outliers", "TAS", "∞"]]
     assert page.find(id="beyond") is None
 
 
-def test_the_command_names_settings_but_no_folders(page: BeautifulSoup) -> None:
+def test_the_command_names_settings_but_no_folders(page):
     text = text_of(page.find(id="provenance"))
     assert "snakemake report --config trials=7 scenarios=mine.yaml" in text
     assert "/home/me" not in str(page)
 
 
-def test_costs_are_those_of_the_benchmarks(results: Path, make_page: MakePage) -> None:
+def test_costs_are_those_of_the_benchmarks(results, make_page):
     folder = results / "benchmarks/trials"
     folder.mkdir(parents=True)
     for name, seconds in (("a", 1.5), ("b", 2.0)):
@@ -104,11 +97,11 @@ def test_costs_are_those_of_the_benchmarks(results: Path, make_page: MakePage) -
     ]
 
 
-def test_the_same_results_give_the_same_page(results: Path, make_page: MakePage) -> None:
+def test_the_same_results_give_the_same_page(results, make_page):
     assert str(make_page(results)) == str(make_page(results))
 
 
-def test_an_undefined_statistic_has_no_number(results: Path, make_page: MakePage) -> None:
+def test_an_undefined_statistic_has_no_number(results, make_page):
     table = pd.read_csv(results / "claims.csv")
     table.loc[0, ["ours", "low", "high"]] = None
     table.to_csv(results / "claims.csv", index=False)
@@ -120,9 +113,7 @@ def test_an_undefined_statistic_has_no_number(results: Path, make_page: MakePage
 @pytest.mark.parametrize(
     "name", ["claims.csv", "tables/readings.csv", "figures/outliers.png", "trials/rotations.json"]
 )
-def test_a_missing_file_is_named_in_one_line(
-    results: Path, name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_file_is_named_in_one_line(results, name, capsys):
     (results / name).unlink()
     html = results / "report.html"
     assert main([str(results), "--output", str(html)]) == 1

@@ -2,33 +2,28 @@
 
 import inspect
 import re
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.config import Sweep
-from experiments.grid import Cell, evaluations
+from experiments.grid import evaluations
 from experiments.tables import Record, Trials
 
 
-def undescribed(function: Callable[..., object], table: pd.DataFrame) -> list[str]:
+def undescribed(function, table):
     """Return the columns that a docstring does not name: the documentation shows it."""
     described = set(re.findall(r"\w+", inspect.getdoc(function) or ""))
     names = [re.sub("_(error|p)$", "", str(column)) for column in table.columns]
     return [name for name in names if name not in described]
 
 
-Value = Callable[[str, Cell, int, np.random.Generator], float]  # metric, cell, trial
-
-
 @pytest.fixture(scope="session")
-def make_up() -> Callable[..., Trials]:
+def make_up():
     """Make up the trials of sweeps: the value of each metric is that of a function."""
 
-    def made_up(*sweeps: Sweep, value: Value, path: str = "made_up.csv", seed: int = 0) -> Trials:
+    def made_up(*sweeps, value, path="made_up.csv", seed=0):
         rng = np.random.default_rng(seed)
         rows = [
             {"experiment": sweep.name}
@@ -46,11 +41,11 @@ def make_up() -> Callable[..., Trials]:
 
 
 @pytest.fixture
-def written(tmp_path: Path) -> Callable[[Mapping[str, Trials]], list[str]]:
+def written(tmp_path):
     """Write trials under names, and return the paths."""
     from experiments.tables import write_trials
 
-    def write(trials: Mapping[str, Trials]) -> list[str]:
+    def write(trials):
         for name, made in trials.items():
             write_trials(tmp_path / f"{name}.csv", made.table, made.record.sweeps)
         return [str(tmp_path / f"{name}.csv") for name in trials]

@@ -1,17 +1,14 @@
 """The program of the studies: what each writes, and the line in which it ends without."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 
 from experiments.config import experiment_names, load_sweep
-from experiments.grid import Cell
 from experiments.metrics import Column
-from experiments.tables import Record, Trials, read_trials
+from experiments.tables import Record, read_trials
 from studies.__main__ import main
 from studies.beyond.findings import findings
 from studies.claims.claims import load_claims
@@ -21,13 +18,10 @@ from studies.paper.table1 import compare, to_markdown
 
 from .conftest import undescribed
 
-MakeUp = Callable[..., Trials]
-Written = Callable[[Mapping[str, Trials]], list[str]]
-
 CLAIMS = load_claims()
 
 
-def worsens(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
+def worsens(metric, cell, trial, rng):
     """Get worse with all noise and outliers."""
     sign = -1 if Column.parse(metric).metric.family.larger_is_better else 1
     level = 10 * cell.sigma_t + cell.sigma_r_deg + cell.n_outliers / 10
@@ -35,23 +29,17 @@ def worsens(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> fl
 
 
 @pytest.fixture
-def line(capsys: pytest.CaptureFixture[str]) -> Callable[[], str]:
+def line(capsys):
     """Return the one line of what went wrong."""
 
-    def of_stderr() -> str:
+    def of_stderr():
         (only,) = capsys.readouterr().err.splitlines()
         return only.removeprefix("studies: ")
 
     return of_stderr
 
 
-def test_table1_is_written_as_csv_and_markdown(
-    make_up: MakeUp,
-    written: Written,
-    tmp_path: Path,
-    line: Callable[[], str],
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_table1_is_written_as_csv_and_markdown(make_up, written, tmp_path, line, capsys):
     small = {"combined": ["sigma_t=[0.05]", "sigma_r_deg=[3]"]}
     sweeps = {
         name: load_sweep([f"experiment={name}", "trials=2", *small.get(name, [])])
@@ -81,9 +69,7 @@ def test_table1_is_written_as_csv_and_markdown(
 
 
 @pytest.mark.slow
-def test_claims_have_verdicts_and_decisions(
-    make_up: MakeUp, written: Written, tmp_path: Path, line: Callable[[], str]
-) -> None:
+def test_claims_have_verdicts_and_decisions(make_up, written, tmp_path, line):
     outputs = [tmp_path / name for name in ("claims.csv", "readings.csv", "criteria.csv")]
     sweeps = [replace(sweep, trials=2) for sweep in plan(CLAIMS.needed(0))]
     paths = written(
@@ -114,9 +100,7 @@ def test_claims_have_verdicts_and_decisions(
     assert not outputs[0].exists()
 
 
-def test_scenarios_have_findings(
-    make_up: MakeUp, written: Written, tmp_path: Path, line: Callable[[], str]
-) -> None:
+def test_scenarios_have_findings(make_up, written, tmp_path, line):
     settings = ["experiment=maa_vs_pas_outliers", "metrics=[TAS,ATE]", "trials=4"]
     sweep = load_sweep(["n_outliers=[0,10]", *settings])
     trials = make_up(replace(sweep, name="beyond_own/a"), value=worsens)

@@ -17,7 +17,7 @@ from studies.order import (
 )
 
 
-def table_of(**columns: "np.typing.ArrayLike") -> pd.DataFrame:
+def table_of(**columns):
     """Three levels of noise, with as many trials of each."""
     table = pd.DataFrame({name: np.asarray(values) for name, values in columns.items()})
     settings = {"n_cameras": 100, "n_outliers": 0, "sigma_r_deg": 3.0}
@@ -29,7 +29,7 @@ def table_of(**columns: "np.typing.ArrayLike") -> pd.DataFrame:
 ORDERED = [[1, 2], [2, 3], [1, 3]]
 
 
-def test_order_is_the_share_of_right_pairs_of_neighbours() -> None:
+def test_order_is_the_share_of_right_pairs_of_neighbours():
     assert order(ORDERED[:2]).probability == pytest.approx(3.5 / 4)
     assert order(ORDERED).probability == pytest.approx((3.5 / 4 + 1.5 / 4) / 2)
     assert order(ORDERED[::-1]).probability == pytest.approx(1 - (3.5 + 1.5) / 8)
@@ -37,7 +37,7 @@ def test_order_is_the_share_of_right_pairs_of_neighbours() -> None:
     assert found.probability == pytest.approx(0.625)
 
 
-def test_no_rising_rescaling_changes_the_order() -> None:
+def test_no_rising_rescaling_changes_the_order():
     values = np.random.default_rng(0).normal([[0], [1], [2]], size=(3, 20))
     found = order(values)
     for rescaled in (np.exp(values), values**3, -1 / np.exp(values)):
@@ -48,7 +48,7 @@ def test_no_rising_rescaling_changes_the_order() -> None:
 
 
 @pytest.mark.parametrize("paired", [False, True])
-def test_the_error_of_an_order_is_its_scatter_from_study_to_study(paired: bool) -> None:
+def test_the_error_of_an_order_is_its_scatter_from_study_to_study(paired):
     rng = np.random.default_rng(1)
     found = []
     for _ in range(400):
@@ -61,7 +61,7 @@ def test_the_error_of_an_order_is_its_scatter_from_study_to_study(paired: bool) 
     assert order([[1], [2]]).error == math.inf  # one trial tells nothing of it
 
 
-def test_trials_needed_find_the_difference_as_often_as_they_should() -> None:
+def test_trials_needed_find_the_difference_as_often_as_they_should():
     """A normal shift of 0.8 is ordered with a probability of 0.714."""
     probability = float(stats.norm.cdf(0.8 / np.sqrt(2)))
     n = trials_needed(probability)
@@ -73,14 +73,14 @@ def test_trials_needed_find_the_difference_as_often_as_they_should() -> None:
     assert trials_needed(0.4) == math.inf
 
 
-def test_what_has_no_value_cannot_be_put_in_order() -> None:
+def test_what_has_no_value_cannot_be_put_in_order():
     """A tie with everything: neither refusing the better nor refusing the worse is rewarded."""
     assert order([[np.nan, 1.0], [2.0, 2.0]]).probability == 0.75
     assert order([[1.0, 1.0], [np.nan, 0.0]]).probability == 0.25
     assert order([[np.nan] * 2] * 2).probability == 0.5
 
 
-def test_an_interval_and_a_p_value_come_of_one_error() -> None:
+def test_an_interval_and_a_p_value_come_of_one_error():
     found = Order(0.6, 0.05)
     assert found.interval == pytest.approx((0.502, 0.698), abs=1e-3)
     assert Order(-0.1, 0.05).p_value == Order(0.1, 0.05).p_value == pytest.approx(0.0455, abs=1e-4)

@@ -7,7 +7,7 @@ from studies import paper
 from studies.study import find_studies
 
 
-def test_the_experiments_share_their_settings() -> None:
+def test_the_experiments_share_their_settings():
     tables = paper.plan(["trials=5", "seed=3"])
     assert list(tables) == experiment_names()
     for name, settings in tables.items():
@@ -15,13 +15,13 @@ def test_the_experiments_share_their_settings() -> None:
         assert (sweep.name, sweep.trials, sweep.seed) == (name, 5, 3)
 
 
-def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it() -> None:
+def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it():
     settings = r"experiment=collinear volume_per_camera=0\.1"
     with pytest.raises(ConfigError, match=rf"'volume_per_camera' applies to .* \({settings}\)$"):
         paper.load_experiment(paper.plan(["volume_per_camera=0.1"])["collinear"])
 
 
-def test_the_studies_have_the_order_of_the_report() -> None:
+def test_the_studies_have_the_order_of_the_report():
     assert list(find_studies()) == [
         *("paper", "claims", "head_to_head", "threshold_study", "beyond", "real"),
     ]

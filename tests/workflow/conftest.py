@@ -1,7 +1,6 @@
 """Snakemake with the project's workflow, in an empty working directory and with an empty home."""
 
 import re
-from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import takewhile
@@ -23,7 +22,7 @@ class Done:
     text: str
 
     @property
-    def planned(self) -> dict[str, int]:
+    def planned(self):
         """Jobs of a dry run by rule; none where there is nothing to do."""
         assert self.returncode == 0, self.text
         if "Nothing to be done" in self.text:
@@ -36,25 +35,22 @@ class Done:
         return jobs
 
     @property
-    def jobs(self) -> list[tuple[str, str]]:
+    def jobs(self):
         """The rule and the description of each job."""
         return re.findall(r"^(?:local)?rule (\w+):\n((?: +.*\n)+)", self.text, re.MULTILINE)
 
 
-Snakemake = Callable[..., Done]
-
-
-def options(project: Path = ROOT, profile: str = "default") -> list[str]:
+def options(project=ROOT, profile="default"):
     chosen = ["--snakefile", str(project / "Snakefile")]
     return [*chosen, "--profile", str(ROOT / "profiles" / profile)]
 
 
 @pytest.fixture
-def snakemake(tmp_path: Path) -> Iterator[Snakemake]:
+def snakemake(tmp_path):
     runs = {ROOT: run_snakemake}
     with ExitStack() as stack:
 
-        def run(*arguments: str, project: Path = ROOT, profile: str = "default") -> Done:
+        def run(*arguments, project=ROOT, profile="default"):
             if project not in runs:
                 runs[project] = stack.enter_context(copied_project(project))
             folder = tmp_path if project == ROOT else project

@@ -15,19 +15,19 @@ import pytest
 from studies.study import find_studies
 
 from ..snakemake_server import home
-from .conftest import ROOT, SNAKEFILE, Done, Snakemake, options
+from .conftest import ROOT, SNAKEFILE, options
 
 FOLDERS = ("alignscores", "baselines", "experiments", "studies", "figures", "report")
 
 
-def n_trials(name: str) -> int:
+def n_trials(name):
     """Return the number of a study's tables of trials."""
     plan = find_studies()[name].plan
     assert plan
     return len(plan([]))
 
 
-def copy_of_the_project(folder: Path) -> Path:
+def copy_of_the_project(folder):
     leave = shutil.ignore_patterns("__pycache__")
     for name in (*FOLDERS, "configs", "workflow"):
         shutil.copytree(ROOT / name, folder / name, ignore=leave)
@@ -45,23 +45,21 @@ TARGETS = {  # rules of the jobs that each target needs, from nothing; with two 
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_a_target_needs_its_own_trials_and_no_others(snakemake: Snakemake, target: str) -> None:
+def test_a_target_needs_its_own_trials_and_no_others(snakemake, target):
     jobs = snakemake(target, "--dry-run", "--config", "replicates=2").planned
     assert jobs == TARGETS[target] | {target: 1}
 
 
 @pytest.mark.slow
-def test_the_report_needs_each_job_once(snakemake: Snakemake) -> None:
+def test_the_report_needs_each_job_once(snakemake):
     jobs = snakemake("report", "--dry-run", "--config", "replicates=2").planned
-    needed: Counter[str] = Counter(report=1)
+    needed = Counter(report=1)
     for target in TARGETS:
         needed += Counter(TARGETS[target])
     assert jobs == needed - Counter(trials=8)  # which figures and head_to_head share
 
 
-def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
-    snakemake: Snakemake,
-) -> None:
+def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(snakemake):
     settings = ("replicates=2", "trials=100")
     done = snakemake("report", "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
@@ -82,9 +80,7 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(
         ("real", "benchmark=missing.yaml", "missing.yaml: cannot be read"),
     ],
 )
-def test_wrong_settings_are_named_before_any_trial(
-    snakemake: Snakemake, tmp_path: Path, target: str, setting: str, named: str
-) -> None:
+def test_wrong_settings_are_named_before_any_trial(snakemake, tmp_path, target, setting, named):
     (tmp_path / "mine.yaml").write_text("scenarios: {a: {geometry: sphere}}")
     done = snakemake(target, "--config", setting)
     assert done.returncode != 0
@@ -93,7 +89,7 @@ def test_wrong_settings_are_named_before_any_trial(
 
 
 @pytest.mark.slow
-def test_runs_and_reruns(snakemake: Snakemake, tmp_path: Path) -> None:
+def test_runs_and_reruns(snakemake, tmp_path):
     target = "results/figures/outliers.pdf"
     small = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"]
     done = snakemake(target, "--config", *small)
@@ -159,9 +155,7 @@ CLAIMS = [  # a text, what takes its place, whether other trials are needed then
 
 
 @pytest.mark.slow
-def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
-    snakemake: Snakemake, tmp_path: Path
-) -> None:
+def test_an_edit_reruns_what_depends_on_it_and_nothing_else(snakemake, tmp_path):
     """Analysis reruns no trial and redraws what uses it; a generator of scenes reruns them all.
 
     Files are not made but taken for made, which Snakemake records alike.
@@ -169,12 +163,12 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
     copy = copy_of_the_project(tmp_path / "copy")
     (copy / "studies" / "beyond" / "scenarios.yaml").write_text(SCENARIOS)
 
-    def run(*arguments: str) -> Done:
+    def run(*arguments):
         done = snakemake(*arguments, "--config", "trials=1", "n_jobs=1", project=copy)
         assert done.returncode == 0, done.text
         return done
 
-    def rerun(*targets: str) -> dict[str, int]:
+    def rerun(*targets):
         return run(*targets, "--dry-run").planned
 
     for _, text in run(*FILES, "--dry-run").jobs:
@@ -204,7 +198,7 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(
     assert rerun(*FILES[:3]) == {"trials": 1, "figure": 1, "replicate": 1}
 
 
-def test_trials_rest_on_no_code_that_may_change_without_rerunning_them() -> None:
+def test_trials_rest_on_no_code_that_may_change_without_rerunning_them():
     """What a sweep of all metrics imports of the project is in the folders that the rule names."""
     code = """
 import sys
@@ -228,9 +222,7 @@ print(*filter(None, files), sep="\\n")
 
 
 @pytest.mark.slow
-def test_your_own_runs_are_a_study_where_they_are_given(
-    snakemake: Snakemake, tmp_path: Path
-) -> None:
+def test_your_own_runs_are_a_study_where_they_are_given(snakemake, tmp_path):
     data = ROOT / "tests" / "data" / "tum"
     for sequence in ("desk", "room"):
         for system in "ab":
@@ -265,9 +257,7 @@ scenarios:
 
 
 @pytest.mark.slow
-def test_a_study_of_ones_own_runs_and_reruns_what_changed(
-    snakemake: Snakemake, tmp_path: Path
-) -> None:
+def test_a_study_of_ones_own_runs_and_reruns_what_changed(snakemake, tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text(OWN)
     arguments = ["--config", "scenarios=mine.yaml", "n_jobs=1"]
@@ -284,7 +274,7 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(
     assert "output: results/trials/beyond_mine/wrong_merge.csv" in done.text
 
 
-def test_another_value_of_an_axis_runs_its_trials_again(snakemake: Snakemake) -> None:
+def test_another_value_of_an_axis_runs_its_trials_again(snakemake):
     target = "results/trials/threshold_study/seeds.csv"
     settings = ["trials=1", "registration_prescreen=[inf]", "registration_n_hypotheses=[10]"]
     settings += ["n_jobs=1"]
@@ -296,19 +286,19 @@ def test_another_value_of_an_axis_runs_its_trials_again(snakemake: Snakemake) ->
 
 
 @pytest.mark.slow
-def test_a_killed_run_goes_on_to_the_same_bytes(snakemake: Snakemake, tmp_path: Path) -> None:
+def test_a_killed_run_goes_on_to_the_same_bytes(snakemake, tmp_path):
     """Kill it, workers and all, when one table is there; the names of folders may be anybody's."""
     names = ("outliers", "collinear")
     settings = ["trials=100", "n_outliers=[0,10]", "sigma_t=[0.02,0.05]", "metrics=[TAS,DTE]"]
 
-    def arguments(place: str) -> list[str]:
+    def arguments(place):
         targets = [f"{place}/trials/{name}.csv" for name in names]
         return [*targets, "--cores", "1", "--config", *settings, f"results_dir={place}"]
 
-    def tables(place: str) -> list[bytes]:
+    def tables(place):
         return [path.read_bytes() for path in sorted((tmp_path / place).rglob("*.csv"))]
 
-    def started(place: str) -> int:
+    def started(place):
         return len(list((tmp_path / place / "logs").rglob("*.log")))
 
     assert snakemake(*arguments("größe=1")).returncode == 0
@@ -404,7 +394,7 @@ rule toy:
 
 
 @pytest.mark.slow
-def test_a_new_study_is_a_folder_and_a_rule(snakemake: Snakemake, tmp_path: Path) -> None:
+def test_a_new_study_is_a_folder_and_a_rule(snakemake, tmp_path):
     """The recipe of docs/develop/extend.md: a target, a table and a figure."""
     copy = copy_of_the_project(tmp_path / "copy")
     folder = copy / "studies" / "toy"

@@ -5,7 +5,6 @@ import pytest
 from scipy import stats
 
 from alignscores import pas
-from alignscores.arrays import Floats
 from baselines import ate
 from experiments.scenes import ERRORS, PATHS, make_scene
 
@@ -13,7 +12,7 @@ SIGMA_T, SIGMA_R = 0.05, 0.02
 TOGETHER = ("drift", "scale_drift", "bias")  # cameras err together
 
 
-def errors(name: str, geometry: str = "car", n: int = 1000, seed: int = 0) -> tuple[Floats, ...]:
+def errors(name, geometry="car", n=1000, seed=0):
     """Return rotation vectors, displacements and the true cameras."""
     rng = np.random.default_rng(seed)
     rotations, positions = PATHS[geometry](rng, n, 1.0)
@@ -21,13 +20,13 @@ def errors(name: str, geometry: str = "car", n: int = 1000, seed: int = 0) -> tu
     return turns, shifts, rotations, positions
 
 
-def rms(vectors: Floats) -> float:
+def rms(vectors):
     return float(np.sqrt((vectors**2).sum(axis=1).mean()))
 
 
 @pytest.mark.parametrize("geometry", ["car", "cube"])
 @pytest.mark.parametrize("name", ERRORS)
-def test_sigma_is_the_root_mean_square_of_every_model(name: str, geometry: str) -> None:
+def test_sigma_is_the_root_mean_square_of_every_model(name, geometry):
     draws = [errors(name, geometry, n=400, seed=seed) for seed in range(40)]
     shifts = np.array([rms(shifts) for _, shifts, *_ in draws]) / (np.sqrt(3) * SIGMA_T)
     turns = np.array([rms(turns) for turns, *_ in draws]) / SIGMA_R
@@ -39,7 +38,7 @@ def test_sigma_is_the_root_mean_square_of_every_model(name: str, geometry: str) 
 
 
 @pytest.mark.parametrize("name", ERRORS)
-def test_without_noise_the_estimate_is_perfect_and_a_seed_gives_the_same(name: str) -> None:
+def test_without_noise_the_estimate_is_perfect_and_a_seed_gives_the_same(name):
     settings = {"geometry": "car", "error": name, "n_cameras": 30, "n_outliers": 0}
     scene = make_scene(np.random.default_rng(5), **settings, sigma_t=0.0, sigma_r_deg=0.0)
     assert pas(scene.gt_poses, scene.est_poses).score == 1.0
@@ -52,7 +51,7 @@ def test_without_noise_the_estimate_is_perfect_and_a_seed_gives_the_same(name: s
     assert ate(first.gt_positions, first.est_positions) > 1e-4
 
 
-def test_heavy_tails_are_those_of_students_t_and_common_to_position_and_rotation() -> None:
+def test_heavy_tails_are_those_of_students_t_and_common_to_position_and_rotation():
     turns, shifts, *_ = errors("student_t", n=3000)
     unit = 1 / np.sqrt(3)  # variance 1 with 3 degrees of freedom
     for component in shifts.T:
@@ -71,7 +70,7 @@ def test_heavy_tails_are_those_of_students_t_and_common_to_position_and_rotation
     assert abs(independent.statistic) < 0.05
 
 
-def test_drift_is_a_random_walk_from_the_first_camera_on() -> None:
+def test_drift_is_a_random_walk_from_the_first_camera_on():
     for turns, shifts, *_ in (errors("drift", seed=seed) for seed in range(5)):
         for walk in (turns, shifts):
             assert (walk[0] == 0).all()
@@ -86,7 +85,7 @@ def test_drift_is_a_random_walk_from_the_first_camera_on() -> None:
     assert end / quarter == pytest.approx(99 / 25, rel=0.2)
 
 
-def test_scale_drift_scales_the_steps_more_and_more_and_turns_nothing() -> None:
+def test_scale_drift_scales_the_steps_more_and_more_and_turns_nothing():
     signs = set()
     for seed in range(10):
         _, shifts, _, positions = errors("scale_drift", seed=seed)
@@ -99,17 +98,17 @@ def test_scale_drift_scales_the_steps_more_and_more_and_turns_nothing() -> None:
     assert signs == {-1, 1}
 
 
-def test_bias_is_constant_in_the_camera_frame() -> None:
+def test_bias_is_constant_in_the_camera_frame():
     turns, shifts, rotations, _ = errors("bias")
     for vectors in (turns, shifts):
         own = np.einsum("nji,nj->ni", rotations, vectors)
         np.testing.assert_allclose(own, np.tile(own[0], (1000, 1)), atol=1e-12)
 
 
-def test_the_alignment_absorbs_a_lever_arm_on_an_orbit_but_not_on_a_drive() -> None:
+def test_the_alignment_absorbs_a_lever_arm_on_an_orbit_but_not_on_a_drive():
     # On a circle that looks inward it moves along the radius, the circle or its axis, which is a
     # change of scale, a rotation and a shift.
-    def error(geometry: str) -> float:
+    def error(geometry):
         settings = {"geometry": geometry, "error": "bias", "n_cameras": 60, "n_outliers": 0}
         scene = make_scene(np.random.default_rng(1), **settings, sigma_t=0.1, sigma_r_deg=0.0)
         return ate(scene.gt_positions, scene.est_positions)
@@ -118,7 +117,7 @@ def test_the_alignment_absorbs_a_lever_arm_on_an_orbit_but_not_on_a_drive() -> N
     assert error("car") > 0.03
 
 
-def test_errors_grow_with_the_distance_from_the_centre() -> None:
+def test_errors_grow_with_the_distance_from_the_centre():
     turns, shifts, _, positions = errors("distance", "cube", n=4000)
     distances = np.linalg.norm(positions - positions.mean(axis=0), axis=1)
     relative = distances / np.sqrt((distances**2).mean())

@@ -1,22 +1,18 @@
 """Outliers are as many, and as wrong, as stated; what they do to alignments is a fact."""
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy import stats
 
 from alignscores import tas
-from alignscores.arrays import Floats, Indices
 from experiments.metrics import METRICS, evaluate
-from experiments.scenes import PATHS, Scene, make_scene
+from experiments.scenes import PATHS, make_scene
 from experiments.scenes.outliers import CLUSTER_SCALES, OUTLIERS
 
 
-def outliers(
-    kind: str, count: int, *, seed: int = 0, geometry: str = "car", n: int = 100, side: float = 10.0
-) -> tuple[Floats, Floats, Floats, Floats]:
+def outliers(kind, count, *, seed=0, geometry="car", n=100, side=10.0):
     """Return rotations and positions with outliers, and those without."""
     rng = np.random.default_rng(seed)
     gt_rotations, gt_positions = PATHS[geometry](rng, n, 1.0)
@@ -25,14 +21,14 @@ def outliers(
     return rotations, positions, gt_rotations, gt_positions
 
 
-def changed(now: Floats, before: Floats) -> Indices:
+def changed(now, before):
     """Return the cameras with other values; NaN is other."""
     return np.flatnonzero((now != before).reshape(len(now), -1).any(axis=1))
 
 
 @pytest.mark.parametrize("kind", OUTLIERS)
 @pytest.mark.parametrize("count", [0, 1, 17, 60])
-def test_so_many_cameras_are_outliers_and_the_others_are_untouched(kind: str, count: int) -> None:
+def test_so_many_cameras_are_outliers_and_the_others_are_untouched(kind, count):
     # A random walk: no last motion leads to the next true camera.
     rotations, positions, gt_rotations, gt_positions = outliers(kind, count, geometry="random_walk")
     np.testing.assert_array_equal(
@@ -46,8 +42,8 @@ def test_so_many_cameras_are_outliers_and_the_others_are_untouched(kind: str, co
 
 @pytest.mark.parametrize("kind", OUTLIERS)
 @pytest.mark.parametrize("count", [0, 1, 17])
-def test_a_scene_knows_its_outliers(kind: str, count: int) -> None:
-    settings: dict[str, Any] = {"geometry": "random_walk", "n_cameras": 60}
+def test_a_scene_knows_its_outliers(kind, count):
+    settings = {"geometry": "random_walk", "n_cameras": 60}
     settings |= {"sigma_t": 0.0, "sigma_r_deg": 0.0, "outliers": kind, "n_outliers": count}
     scene = make_scene(np.random.default_rng(0), **settings)
     assert np.count_nonzero(scene.is_outlier) == count
@@ -57,20 +53,20 @@ def test_a_scene_knows_its_outliers(kind: str, count: int) -> None:
 
 
 @pytest.mark.parametrize("side", [1.0, 10.0, 1000.0])
-def test_uniform_outliers_fill_a_cube_of_the_side_asked_for(side: float) -> None:
+def test_uniform_outliers_fill_a_cube_of_the_side_asked_for(side):
     _, positions, _, gt = outliers("uniform", 1500, n=2000, side=side)
     for axis in positions[changed(positions, gt)].T:
         assert stats.kstest(axis, stats.uniform(-side / 2, side).cdf).pvalue > 1e-3
 
 
 @pytest.mark.parametrize("kind", ["uniform", "missing"])
-def test_scattered_outliers_are_random_cameras(kind: str) -> None:
+def test_scattered_outliers_are_random_cameras(kind):
     which = [changed(*outliers(kind, 20, seed=seed)[1::2]) for seed in range(100)]
     counts = np.bincount(np.concatenate(which), minlength=100)
     assert stats.chisquare(counts).pvalue > 1e-3
 
 
-def test_a_cluster_is_consecutive_and_moved_by_one_similarity() -> None:
+def test_a_cluster_is_consecutive_and_moved_by_one_similarity():
     scales, firsts, centres, turns = [], [], [], []
     for seed in range(300):
         rotations, positions, gt_rotations, gt = outliers("cluster", 30, seed=seed, side=6.0)
@@ -94,13 +90,13 @@ def test_a_cluster_is_consecutive_and_moved_by_one_similarity() -> None:
         assert stats.kstest(column, stats.uniform(-1, 2).cdf).pvalue > 1e-3
 
 
-def test_a_frozen_track_stays_where_it_was() -> None:
+def test_a_frozen_track_stays_where_it_was():
     rotations, positions, gt_rotations, gt = outliers("frozen", 40)
     np.testing.assert_array_equal(positions[60:], np.tile(gt[59], (40, 1)))
     np.testing.assert_array_equal(rotations[60:], np.tile(gt_rotations[59], (40, 1, 1)))
 
 
-def test_a_diverging_track_repeats_its_last_motion() -> None:
+def test_a_diverging_track_repeats_its_last_motion():
     rotations, positions, *_ = outliers("diverging", 90, geometry="random_walk")
     motions = rotations[:-1].transpose(0, 2, 1) @ rotations[1:]
     steps = np.einsum("nji,nj->ni", rotations[:-1], np.diff(positions, axis=0))
@@ -109,7 +105,7 @@ def test_a_diverging_track_repeats_its_last_motion() -> None:
 
 
 @pytest.mark.parametrize("kind", ["frozen", "diverging"])
-def test_a_lost_track_goes_on_from_what_was_estimated(kind: str) -> None:
+def test_a_lost_track_goes_on_from_what_was_estimated(kind):
     """The noise of the last pose, or of the last motion, is in all that follow it."""
     rng = np.random.default_rng(0)
     noisy = {"geometry": "car", "n_cameras": 60, "sigma_t": 0.2, "sigma_r_deg": 5.0}
@@ -125,14 +121,14 @@ def test_a_lost_track_goes_on_from_what_was_estimated(kind: str) -> None:
     np.testing.assert_allclose(motions[2:], np.tile(expected, (20, 1, 1)), atol=1e-9)
 
 
-SCENE: dict[str, Any] = {"geometry": "cube", "n_cameras": 100, "sigma_t": 0.03, "sigma_r_deg": 3.0}
+SCENE = {"geometry": "cube", "n_cameras": 100, "sigma_t": 0.03, "sigma_r_deg": 3.0}
 
 
-def evaluated(scene: Scene) -> dict[str, float]:
+def evaluated(scene):
     return evaluate(scene, METRICS, np.random.SeedSequence(0))
 
 
-def test_missing_cameras_fail_in_the_scores_and_are_left_out_of_the_other_metrics() -> None:
+def test_missing_cameras_fail_in_the_scores_and_are_left_out_of_the_other_metrics():
     scene = make_scene(np.random.default_rng(0), **SCENE, outliers="missing", n_outliers=40)
     values = evaluated(scene)
     assert np.isfinite(list(values.values())).all()

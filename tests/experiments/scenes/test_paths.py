@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from alignscores.arrays import Floats
 from experiments.scenes.paths import BEND, CLUSTER_SPREADS, CLUSTERS, HELIX_CLIMB, HELIX_TURN, PATHS
 
 STEPPED = (
@@ -20,7 +19,7 @@ STEPPED = (
 FREE = ("cube", "line", "ray", "x_axis", "random_walk", "uneven")  # of random rotation
 
 
-def path(name: str, n: int = 100, seed: int = 0) -> tuple[Floats, Floats, Floats]:
+def path(name, n=100, seed=0):
     """Return positions, viewing directions and directions of the image's top."""
     rotations, positions = PATHS[name](np.random.default_rng(seed), n, 1.0)
     return positions, rotations[:, :, 2], -rotations[:, :, 1]
@@ -28,7 +27,7 @@ def path(name: str, n: int = 100, seed: int = 0) -> tuple[Floats, Floats, Floats
 
 @pytest.mark.parametrize("name", PATHS)
 @pytest.mark.parametrize("n", [4, 5, 23, 100])
-def test_every_path_is_of_so_many_proper_cameras_and_the_same_for_a_seed(name: str, n: int) -> None:
+def test_every_path_is_of_so_many_proper_cameras_and_the_same_for_a_seed(name, n):
     rotations, positions = PATHS[name](np.random.default_rng(3), n, 1.0)
     assert (rotations.shape, positions.shape) == ((n, 3, 3), (n, 3))
     np.testing.assert_allclose(rotations.transpose(0, 2, 1) @ rotations, [np.eye(3)] * n, atol=1e-9)
@@ -39,19 +38,19 @@ def test_every_path_is_of_so_many_proper_cameras_and_the_same_for_a_seed(name: s
 
 
 @pytest.mark.parametrize("name", STEPPED)
-def test_neighbours_along_a_path_are_a_unit_apart(name: str) -> None:
+def test_neighbours_along_a_path_are_a_unit_apart(name):
     positions, _, _ = path(name, n=87)
     np.testing.assert_allclose(np.linalg.norm(np.diff(positions, axis=0), axis=1), 1.0)
 
 
 @pytest.mark.parametrize("name", FREE)
-def test_rotations_are_uniform_where_none_is_natural(name: str) -> None:
+def test_rotations_are_uniform_where_none_is_natural(name):
     _, view, top = path(name, n=2000)
     for component in np.concatenate([view, top], axis=1).T:
         assert stats.kstest(component, stats.uniform(-1, 2).cdf).pvalue > 1e-3
 
 
-def test_steps_of_a_random_walk_have_uniform_directions() -> None:
+def test_steps_of_a_random_walk_have_uniform_directions():
     positions, _, _ = path("random_walk", n=2000)
     steps = np.diff(positions, axis=0)
     for component in steps.T:
@@ -59,7 +58,7 @@ def test_steps_of_a_random_walk_have_uniform_directions() -> None:
     assert abs(np.einsum("ni,ni->n", steps[1:], steps[:-1]).mean()) < 0.05  # independent
 
 
-def test_an_orbit_is_a_closed_circle_that_looks_at_its_centre() -> None:
+def test_an_orbit_is_a_closed_circle_that_looks_at_its_centre():
     positions, view, top = path("orbit")
     radii = np.linalg.norm(positions, axis=1)
     np.testing.assert_allclose(radii, radii[0])
@@ -68,7 +67,7 @@ def test_an_orbit_is_a_closed_circle_that_looks_at_its_centre() -> None:
     np.testing.assert_allclose(top, np.tile([0, 0, 1], (100, 1)), atol=1e-12)
 
 
-def test_a_helix_climbs_evenly_round_an_axis_that_it_looks_at() -> None:
+def test_a_helix_climbs_evenly_round_an_axis_that_it_looks_at():
     positions, view, top = path("helix")
     np.testing.assert_allclose(np.diff(positions[:, 2]), HELIX_CLIMB)
     radii = np.linalg.norm(positions[:, :2], axis=1)
@@ -81,7 +80,7 @@ def test_a_helix_climbs_evenly_round_an_axis_that_it_looks_at() -> None:
 
 
 @pytest.mark.parametrize("n", [100, 95])
-def test_a_survey_covers_a_grid_back_and_forth_and_looks_down(n: int) -> None:
+def test_a_survey_covers_a_grid_back_and_forth_and_looks_down(n):
     positions, view, top = path("survey", n)
     cells = {(x, y) for x, y, _ in positions}
     assert len(cells) == n
@@ -95,7 +94,7 @@ def test_a_survey_covers_a_grid_back_and_forth_and_looks_down(n: int) -> None:
     assert {tuple(row) for row in top} == {(1, 0, 0), (-1, 0, 0)}
 
 
-def test_a_car_drives_straight_and_turns_by_right_angles_either_way() -> None:
+def test_a_car_drives_straight_and_turns_by_right_angles_either_way():
     turns = []
     for seed in range(50):
         positions, view, top = path("car", seed=seed)
@@ -115,7 +114,7 @@ def test_a_car_drives_straight_and_turns_by_right_angles_either_way() -> None:
     assert 0.4 < np.mean(turns) < 0.6
 
 
-def test_uneven_clusters_are_the_fuller_the_denser() -> None:
+def test_uneven_clusters_are_the_fuller_the_denser():
     n, spreads = 2000, []
     for seed in range(20):
         positions, _, _ = path("uneven", n, seed)

@@ -1,21 +1,17 @@
 """Findings follow from the trials alone."""
 
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from experiments.config import Sweep, load_sweep
+from experiments.config import load_sweep
 from experiments.tables import Record, Trials
 from studies.beyond.findings import findings
 
-MakeUp = Callable[..., Trials]
 
-
-def scenario(*overrides: str) -> Sweep:
+def scenario(*overrides):
     levels = ["n_outliers=[0,10,20,30,50]", "sigma_t=[0.01,0.03,0.05,0.07,0.1]"]
     settings = [*levels, "sigma_r_deg=[1,3,5,7,10]", "trials=20", "metrics=[ATE,TAS,RAS,PAS]"]
     own = {override.partition("=")[0]: override for override in (*settings, *overrides)}
@@ -23,13 +19,13 @@ def scenario(*overrides: str) -> Sweep:
 
 
 @pytest.fixture(scope="module")
-def sweep() -> Sweep:
+def sweep():
     return scenario()
 
 
-def trials(make_up: MakeUp, sweep: Sweep) -> pd.DataFrame:
+def trials(make_up, sweep):
     """Make up trials: a metric that orders both, one that orders nothing, one each."""
-    table: pd.DataFrame = make_up(sweep, value=lambda *_: 0).table
+    table = make_up(sweep, value=lambda *_: 0).table
     scatter = np.random.default_rng(0).normal(0, 0.01, (4, len(table)))
     noise, outliers = table["sigma_t"] / 0.1, table["n_outliers"] / 50
     table["ATE"] = 1 + scatter[0]
@@ -40,16 +36,16 @@ def trials(make_up: MakeUp, sweep: Sweep) -> pd.DataFrame:
 
 
 @pytest.fixture
-def made_up(make_up: MakeUp, sweep: Sweep) -> pd.DataFrame:
+def made_up(make_up, sweep):
     return trials(make_up, sweep)
 
 
-def judge(table: pd.DataFrame, sweep: Sweep) -> pd.DataFrame:
+def judge(table, sweep):
     scenarios = {"made up": Trials(Path("made_up.csv"), table, Record((sweep,), {}))}
     return findings(scenarios).set_index("metric")
 
 
-def test_verdicts_say_what_a_metric_orders(made_up: pd.DataFrame, sweep: Sweep) -> None:
+def test_verdicts_say_what_a_metric_orders(made_up, sweep):
     table = judge(made_up, sweep)
     assert list(table.columns) == [
         *("scenario", "geometry", "error", "outliers", "outlier_side", "every", "n_cameras"),
@@ -64,9 +60,7 @@ def test_verdicts_say_what_a_metric_orders(made_up: pd.DataFrame, sweep: Sweep) 
     assert table["mean"]["ATE"] == pytest.approx(1, abs=0.01)
 
 
-def test_order_is_the_smallest_over_the_other_setting_and_knows_the_direction(
-    made_up: pd.DataFrame, sweep: Sweep
-) -> None:
+def test_order_is_the_smallest_over_the_other_setting_and_knows_the_direction(made_up, sweep):
     table, tas = judge(made_up, sweep), made_up["TAS"].copy()
     for metric in ("TAS", "RAS"):
         shares = []
@@ -86,7 +80,7 @@ def test_order_is_the_smallest_over_the_other_setting_and_knows_the_direction(
     assert judge(made_up, sweep)["noise_order"]["TAS"] == 50
 
 
-def test_a_single_level_is_judged_by_the_other_alone(make_up: MakeUp) -> None:
+def test_a_single_level_is_judged_by_the_other_alone(make_up):
     sweep = scenario("n_outliers=[10]")
     table = judge(trials(make_up, sweep), sweep)
     assert table["outlier_order"].isna().all()

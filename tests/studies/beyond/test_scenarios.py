@@ -1,38 +1,34 @@
 """Scenarios of a file are composed and checked like experiments."""
 
-from pathlib import Path
-
 import pytest
 
-from experiments.config import ConfigError, Sweep, load_sweep
+from experiments.config import ConfigError, load_sweep
 from studies.beyond import plan, study_name
 
 
 @pytest.fixture(scope="module")
-def beyond() -> dict[str, Sweep]:
+def beyond():
     return sweeps()
 
 
-def sweeps(*settings: str) -> dict[str, Sweep]:
+def sweeps(*settings):
     return {name: load_sweep(table) for name, table in plan(settings).items()}
 
 
-def write(directory: Path, text: str, name: str = "mine.yaml") -> Path:
+def write(directory, text, name="mine.yaml"):
     path = directory / name
     path.write_text(text)
     return path
 
 
-def test_the_papers_setting_is_one_of_them(beyond: dict[str, Sweep]) -> None:
+def test_the_papers_setting_is_one_of_them(beyond):
     config = beyond["paper"]
     usual = load_sweep(["experiment=maa_vs_pas_outliers"])
     for key in ("geometry", "error", "outliers", "outlier_side", "noise", "volume_per_camera"):
         assert getattr(config, key) == getattr(usual, key)
 
 
-def test_a_file_of_your_own_takes_the_rest_from_beyond(
-    tmp_path: Path, beyond: dict[str, Sweep]
-) -> None:
+def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path, beyond):
     path = write(
         tmp_path,
         "settings: {trials: 7, n_outliers: [0, 5]}\n"
@@ -71,7 +67,7 @@ def test_a_file_of_your_own_takes_the_rest_from_beyond(
         ("scenarios: {a: {outliers: cluster, n_outliers: [99]}}", "at least 4 inliers"),
     ],
 )
-def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: str, named: str) -> None:
+def test_a_file_at_fault_is_named_in_one_line(tmp_path, text, named):
     path = write(tmp_path, text)
     with pytest.raises(ConfigError) as caught:
         plan([f"scenarios={path}"])
@@ -80,7 +76,7 @@ def test_a_file_at_fault_is_named_in_one_line(tmp_path: Path, text: str, named: 
     assert "\n" not in str(caught.value)
 
 
-def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path: Path) -> None:
+def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path):
     path = write(tmp_path, "scenarios: {a: {}}", "my study.yaml")
     with pytest.raises(ConfigError, match="the name 'beyond_my study' may have letters"):
         plan([f"scenarios={path}"])

@@ -3,8 +3,6 @@
 import json
 from copy import deepcopy
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
@@ -18,7 +16,7 @@ PAPER = [-74, -51, -66, 13, -84, 14, -75, -50, -94, -55, -74, -59, -73, -24]
 CLAIMS = load_claims()
 
 
-def test_the_numbers_that_the_documentation_names() -> None:
+def test_the_numbers_that_the_documentation_names():
     """docs/explanation/findings.md: 67 statements, 104 claims, and 26 that follow from them."""
     implied = [claim for claim in CLAIMS.claims.values() if claim.implied_by]
     counted = [claim for claim in CLAIMS.claims.values() if not claim.implied_by]
@@ -27,7 +25,7 @@ def test_the_numbers_that_the_documentation_names() -> None:
     assert [c.paper for c in CLAIMS.claims.values() if c.paper is not None] == PAPER
 
 
-def test_every_claim_has_a_figure_that_shows_its_experiment_and_its_number() -> None:
+def test_every_claim_has_a_figure_that_shows_its_experiment_and_its_number():
     for claim in CLAIMS.claims.values():
         assert claim.experiment in FIGURES[claim.figure]
         if claim.paper is not None:
@@ -35,7 +33,7 @@ def test_every_claim_has_a_figure_that_shows_its_experiment_and_its_number() -> 
             assert f"{abs(claim.paper):g} % {word}" in claim.statement
 
 
-def test_a_decision_shows_what_else_its_claims_would_say() -> None:
+def test_a_decision_shows_what_else_its_claims_would_say():
     for decision in CLAIMS.decisions:
         taken, *others = decision.readings
         assert all(taken.of(claim) == claim for claim in CLAIMS.claims.values())
@@ -50,7 +48,7 @@ def test_a_decision_shows_what_else_its_claims_would_say() -> None:
             assert not named or set(changed) == named
 
 
-def test_a_reading_changes_what_it_names_alone() -> None:
+def test_a_reading_changes_what_it_names_alone():
     claims = CLAIMS.claims
     pooled = Reading("pooled", metrics={"mAA": "mAA(pooled=true)"})
     assert pooled.of(claims["outliers-range-maa"]).metric == "mAA(pooled=true)"
@@ -73,14 +71,14 @@ def test_a_reading_changes_what_it_names_alone() -> None:
     assert not means.of(claims["outliers-tas-discerns"]).of_means
 
 
-def test_claims_that_follow_are_about_the_metrics_of_those_that_they_follow_from() -> None:
+def test_claims_that_follow_are_about_the_metrics_of_those_that_they_follow_from():
     for claim in CLAIMS.claims.values():
         others = [CLAIMS.claims[name] for name in claim.implied_by]
         assert not any(other.implied_by for other in others)
         assert not others or {claim.metric} <= {m for other in others for m in other.metrics}
 
 
-def test_replicates_can_be_set_but_one_is_none() -> None:
+def test_replicates_can_be_set_but_one_is_none():
     assert load_claims(3).replicates == 3
     for wrong in (1, "many", 2.5):
         with pytest.raises(ConfigError, match="'replicates' must be a whole number"):
@@ -121,9 +119,7 @@ DECISION = ["decisions", 0]
     ],
     ids=str,
 )
-def test_a_broken_file_is_refused_in_one_line(
-    tmp_path: Path, place: list[Any], value: Any, problem: str
-) -> None:
+def test_a_broken_file_is_refused_in_one_line(tmp_path, place, value, problem):
     content = deepcopy(CONTENT)
     *parents, last = place
     parent = content

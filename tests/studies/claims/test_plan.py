@@ -1,7 +1,6 @@
 """The cells and metrics that the claims need, and the settings that leave them undecided."""
 
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -13,7 +12,7 @@ from studies.claims.plan import needed_cells, plan, replicates
 CLAIMS = load_claims()
 
 
-def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more() -> None:
+def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more():
     planned = {
         (sweep.name, tuple(sweep.changes.split())): sweep for sweep in plan(CLAIMS.needed(0))
     }
@@ -31,7 +30,7 @@ def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more() -> No
     }
 
 
-def test_replicates_differ_in_their_number_alone() -> None:
+def test_replicates_differ_in_their_number_alone():
     tables = replicates(load_claims(3), ["trials=7"])
     assert len(tables) == 3
     first, *_, last = tables
@@ -50,7 +49,7 @@ def test_replicates_differ_in_their_number_alone() -> None:
         ("trails=1", "Could not override 'trails'"),
     ],
 )
-def test_settings_that_leave_claims_undecided_are_refused(override: str, problem: str) -> None:
+def test_settings_that_leave_claims_undecided_are_refused(override, problem):
     with pytest.raises(ConfigError) as caught:
         replicates(CLAIMS, [override])
     assert problem in str(caught.value)
@@ -73,7 +72,7 @@ def test_settings_that_leave_claims_undecided_are_refused(override: str, problem
         ),
     ],
 )
-def test_a_claim_needs_levels_to_compare(change: dict[str, Any], least: int) -> None:
+def test_a_claim_needs_levels_to_compare(change, least):
     """Else it would have a verdict on nothing, after all trials."""
     name = "outliers-tas-discerns"
     with pytest.raises(ConfigError, match=f"'{name}' compares levels of .*, at least {least} of"):

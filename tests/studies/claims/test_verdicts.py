@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from studies.claims.claims import Claim, Criterion, load_claims
+from studies.claims.claims import Criterion, load_claims
 from studies.claims.verdicts import decide, evaluate_claim, populations, statements, verdict
 
 CLAIMS = load_claims(3)
@@ -17,7 +17,7 @@ WEAK = CLAIMS.claims["outliers-ate-blind"]  # below 0.5
 WITHIN = CLAIMS.claims["thresholds-ras-lower"]  # within 20
 
 
-def trials_of(outliers: list[int], metric: str, shrunk_by: float = 0.0) -> pd.DataFrame:
+def trials_of(outliers, metric, shrunk_by=0.0):
     """Make up trials of a metric whose range shrinks by a share under 50 outliers."""
     rows = [
         {"n_cameras": 100, "n_outliers": n, "sigma_t": sigma, "sigma_r_deg": 3.0, "trial": trial}
@@ -54,7 +54,7 @@ def trials_of(outliers: list[int], metric: str, shrunk_by: float = 0.0) -> pd.Da
         (WITHIN, [10, 40], "inconclusive"),
     ],
 )
-def test_verdicts(claim: Claim, values: list[float], expected: str) -> None:
+def test_verdicts(claim, values, expected):
     assert verdict(claim, np.array(values, dtype=float)) == expected
 
 
@@ -71,11 +71,11 @@ def test_verdicts(claim: Claim, values: list[float], expected: str) -> None:
         (POWER, [np.nan, 0.9], "open"),
     ],
 )
-def test_populations(claim: Claim, values: list[float], expected: str) -> None:
+def test_populations(claim, values, expected):
     assert populations([claim], [np.array(values, dtype=float)]) == [expected]
 
 
-def test_the_more_claims_the_less_is_certain() -> None:
+def test_the_more_claims_the_less_is_certain():
     """The p-value of a mean of 0.6 with a standard error of 0.0283, 0.024, is no news of three."""
     values = np.array([0.52, 0.56, 0.6, 0.64, 0.68])
     assert populations([POWER], [values]) == ["true"]
@@ -83,7 +83,7 @@ def test_the_more_claims_the_less_is_certain() -> None:
     assert populations([POWER] * 2, [values, values + 0.3]) == ["true"] * 2  # Holm steps down
 
 
-def test_movements_count_where_a_claim_says_in_the_range_everywhere() -> None:
+def test_movements_count_where_a_claim_says_in_the_range_everywhere():
     claim = CLAIMS.claims["table1-tas-length"]
     cells = [(n, sigma) for n in (10, 200) for sigma in (0.01, 0.05, 0.1)]
     table = pd.DataFrame(cells, columns=["n_cameras", "sigma_t"])
@@ -93,7 +93,7 @@ def test_movements_count_where_a_claim_says_in_the_range_everywhere() -> None:
     assert evaluate_claim(local, table) == pytest.approx(100 * 0.05 / (0.2 - 0.01))
 
 
-def test_every_reading_has_both_verdicts() -> None:
+def test_every_reading_has_both_verdicts():
     """Single trials scatter less under outliers; their means rise with the noise all the same."""
     table = trials_of([0, 50], "mAA", shrunk_by=0.74)
     decisions = [decision for decision in CLAIMS.decisions if decision.id in ("range", "volume")]
@@ -109,7 +109,7 @@ def test_every_reading_has_both_verdicts() -> None:
     assert readings["replicates"].tolist() == [2] * 2
 
 
-def test_a_reading_may_have_more_replicates_than_the_others() -> None:
+def test_a_reading_may_have_more_replicates_than_the_others():
     table = trials_of([0, 50], "mAA", shrunk_by=0.74)
     (decision,) = [one for one in CLAIMS.decisions if one.id == "range"]
     longer = replace(decision.readings[1], replicates=3)
@@ -119,7 +119,7 @@ def test_a_reading_may_have_more_replicates_than_the_others() -> None:
     assert readings["replicates"].tolist() == [3]
 
 
-def test_a_statement_is_reproduced_if_all_of_its_claims_are() -> None:
+def test_a_statement_is_reproduced_if_all_of_its_claims_are():
     words = ["reproduced", "inconclusive", "not reproduced", "reproduced"]
     table = pd.DataFrame({"sentence": list("aabb"), "verdict": words, "population": "true"})
     table = table.assign(source="Figure 2", implied_by=[None, None, None, "x"])
@@ -128,7 +128,7 @@ def test_a_statement_is_reproduced_if_all_of_its_claims_are() -> None:
     assert found["claims"].tolist() == [2, 1]
 
 
-def test_trials_of_all_replicates_are_pooled() -> None:
+def test_trials_of_all_replicates_are_pooled():
     """The range of each study is 1 before and 0.5 after; of both together it is 3 and 0.5."""
     first = trials_of([0, 50], "mAA", shrunk_by=0.5)
     second = first.assign(mAA=first["mAA"] + 2 * (first["n_outliers"] == 0))
@@ -138,7 +138,7 @@ def test_trials_of_all_replicates_are_pooled() -> None:
     assert verdicts["pooled"].tolist() == pytest.approx([-100 * 2.5 / 3], abs=0.1)
 
 
-def test_other_bounds_change_verdicts() -> None:
+def test_other_bounds_change_verdicts():
     """A range that changes by 10 %: within 20, and not within 5."""
     claim = replace(NUMBER, paper=None, criterion="within 20")
     claims = replace(

@@ -1,31 +1,26 @@
 """Head to head: metrics that are made up to be better or worse at ordering levels."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
 from experiments.config import load_sweep
-from experiments.grid import Cell
-from experiments.tables import TableError, Trials
+from experiments.tables import TableError
 from studies.head_to_head import plan
 from studies.head_to_head.orders import compare_orders, joined
 
 from ..conftest import undescribed
 
-MakeUp = Callable[..., Trials]
-
 SCATTER = {"ATE": 0.0, "DTE": 1e9, "mAA": 0.5, "TAS": 0.5}  # in steps of the noise
 
 
-def value(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
+def value(metric, cell, trial, rng):
     """Follow the noise with a scatter that is smaller the more cameras there are."""
     shared = np.random.default_rng([trial, round(1000 * cell.sigma_t), cell.n_cameras]).normal()
     level = 100 * cell.sigma_t + SCATTER[metric] * 10 / cell.n_cameras * shared
     return float(-np.exp(level) if metric == "TAS" else -level if metric == "mAA" else level)
 
 
-def test_metrics_are_ranked_by_the_order_of_neighbours(make_up: MakeUp) -> None:
+def test_metrics_are_ranked_by_the_order_of_neighbours(make_up):
     """TAS is a rescaled mAA. The ATE has no scatter, the DTE nothing else."""
     settings = ["experiment=trajectory_length", "sigma_t=[0.01,0.02,0.03]", "n_cameras=[5,10]"]
     trials = make_up(load_sweep([*settings, "trials=40"]), value=value)
@@ -45,10 +40,10 @@ def test_metrics_are_ranked_by_the_order_of_neighbours(make_up: MakeUp) -> None:
     assert found.loc["mAA", at].tolist() == found.loc["TAS", at].tolist()
 
 
-def test_the_order_at_each_number_of_outliers(make_up: MakeUp) -> None:
+def test_the_order_at_each_number_of_outliers(make_up):
     """The DTE does not respond with 10 outliers; the trials are the mean of 6 and of many."""
 
-    def blinded(metric: str, cell: Cell, _: int, rng: np.random.Generator) -> float:
+    def blinded(metric, cell, _, rng):
         blind = metric == "DTE" and cell.n_outliers == 10
         return float(rng.normal()) if blind else cell.sigma_t + cell.n_outliers
 
@@ -63,11 +58,11 @@ def test_the_order_at_each_number_of_outliers(make_up: MakeUp) -> None:
     assert table.loc[table["level"] == "outliers", "at 10 outliers"].isna().all()
 
 
-def fraction(metric: str, cell: Cell, trial: int, _: np.random.Generator) -> float:
+def fraction(metric, cell, trial, _):
     return len(metric) + trial / 7 + cell.sigma_r_deg
 
 
-def test_scores_of_the_same_trials_are_joined(make_up: MakeUp) -> None:
+def test_scores_of_the_same_trials_are_joined(make_up):
     settings = ["trials=2", "n_outliers=[0,10]"]
     half = load_sweep(plan(settings)["combined"])
     sweep = load_sweep(["experiment=combined", *settings])
@@ -78,7 +73,7 @@ def test_scores_of_the_same_trials_are_joined(make_up: MakeUp) -> None:
     assert both.table["TAS"].tolist() == first.table["TAS"].tolist()
 
 
-def test_tables_of_other_trials_are_not_joined(make_up: MakeUp) -> None:
+def test_tables_of_other_trials_are_not_joined(make_up):
     few, more = (load_sweep(["experiment=combined", f"trials={n}"]) for n in (2, 3))
     with pytest.raises(TableError, match="has other settings than"):
         joined([make_up(sweep, value=fraction) for sweep in (few, more)])

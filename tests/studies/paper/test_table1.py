@@ -1,16 +1,12 @@
 """Table 1 follows from the trials: other trials give another table."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-import pandas as pd
 import pytest
 
 from experiments.config import experiment_names, load_sweep
-from experiments.grid import Cell
 from experiments.metrics import METRICS
-from experiments.tables import TableError, Trials
+from experiments.tables import TableError
 from studies.paper.table1 import (
     ADDED,
     EXPERIMENTS_OF,
@@ -19,9 +15,6 @@ from studies.paper.table1 import (
     PROPERTIES,
     compare,
 )
-
-Where = Callable[[str, Cell], bool]  # of a metric and a cell
-MakeUp = Callable[..., Trials]
 
 GRID = ["sigma_t=[0.02,0.06,0.1]", "n_outliers=[0,1,10,50]"]
 SETTINGS = {
@@ -36,19 +29,17 @@ SWEEPS = {
 SCALE, OUTLIER, LINE, LONG = PROPERTIES
 
 
-def nowhere(metric: str, cell: Cell) -> bool:
+def nowhere(metric, cell):
     return False
 
 
-def trials_of(
-    make_up: MakeUp, *, blind: Where = nowhere, turned: Where = nowhere
-) -> dict[str, Trials]:
+def trials_of(make_up, *, blind=nowhere, turned=nowhere):
     """Make up metrics that get worse with noise, but for cells where they do not.
 
     There they are blind, or get better instead.
     """
 
-    def value(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
+    def value(metric, cell, trial, rng):
         value = 10 * cell.sigma_t + cell.sigma_r_deg / 10 + 0.01 * rng.random()
         value *= -1 if METRICS[metric].family.larger_is_better != turned(metric, cell) else 1
         return 0.5 if blind(metric, cell) else value
@@ -56,17 +47,17 @@ def trials_of(
     return {name: make_up(sweep, value=value, path=f"{name}.csv") for name, sweep in SWEEPS.items()}
 
 
-def table_of(make_up: MakeUp, **spoiled: Where) -> pd.DataFrame:
+def table_of(make_up, **spoiled):
     return compare(trials_of(make_up, **spoiled)).set_index(["metric", "property"])
 
 
 @pytest.fixture(scope="module")
-def table(make_up: MakeUp) -> pd.DataFrame:
+def table(make_up):
     """Of metrics that get worse with noise everywhere."""
     return table_of(make_up)
 
 
-def test_metrics_that_get_worse_with_noise_pass(table: pd.DataFrame) -> None:
+def test_metrics_that_get_worse_with_noise_pass(table):
     assert (table.loc[(slice(None), [OUTLIER, LINE]), "ours"] != "no").all()
     assert table.loc[("ATE", OUTLIER), "agrees"] == "no"
     assert table.loc[("TAS", OUTLIER), "agrees"] == "yes"
@@ -76,9 +67,7 @@ def test_metrics_that_get_worse_with_noise_pass(table: pd.DataFrame) -> None:
     ("n_outliers", "with_outliers", "on_a_line"),
     [(0, "yes", "no"), (1, "no", "yes"), (10, "no", "yes"), (50, "yes", "yes")],
 )
-def test_one_number_of_outliers_is_enough_to_fail(
-    make_up: MakeUp, n_outliers: int, with_outliers: str, on_a_line: str
-) -> None:
+def test_one_number_of_outliers_is_enough_to_fail(make_up, n_outliers, with_outliers, on_a_line):
     """All from one to ten count against outliers, none alone on a line, more nowhere."""
     table = table_of(make_up, blind=lambda metric, cell: cell.n_outliers == n_outliers)
     for metric in PAPER:
@@ -88,9 +77,7 @@ def test_one_number_of_outliers_is_enough_to_fail(
 
 
 @pytest.mark.parametrize(("share", "answer"), [(0.1, "yes"), (0.9, "no")])
-def test_dependence_on_the_length_is_a_share_of_what_the_noise_moves(
-    make_up: MakeUp, share: float, answer: str
-) -> None:
+def test_dependence_on_the_length_is_a_share_of_what_the_noise_moves(make_up, share, answer):
     """Either direction counts, and both together: it rises up to 40 cameras and falls again."""
     names = [name for name in EXPERIMENTS_OF if name not in ADDED]
     trials = trials_of(make_up)
@@ -104,7 +91,7 @@ def test_dependence_on_the_length_is_a_share_of_what_the_noise_moves(
     assert (found.loc[(names, LONG), "ours"] == answer).all()
 
 
-def test_the_ate_alone_needs_metric_scale(table: pd.DataFrame) -> None:
+def test_the_ate_alone_needs_metric_scale(table):
     answers = table.xs(SCALE, level="property")
     assert {metric for metric in PAPER if answers["ours"][metric] == "no"} == {"ATE"}
     assert answers["value"]["ATE"] == pytest.approx(999)
@@ -120,9 +107,7 @@ def test_the_ate_alone_needs_metric_scale(table: pd.DataFrame) -> None:
         ("trajectory_length", {"n_cameras": [50]}, "has one number of cameras"),
     ],
 )
-def test_trials_that_cannot_tell_are_refused(
-    make_up: MakeUp, name: str, change: dict[str, object], problem: str
-) -> None:
+def test_trials_that_cannot_tell_are_refused(make_up, name, change, problem):
     sweep = replace(SWEEPS[name], **change)
     other = make_up(sweep, value=lambda *_: 0.5, path=f"{name}.csv")
     with pytest.raises(TableError, match=f"^{name}.csv {problem}.*; run: snakemake {name}.csv$"):

@@ -1,8 +1,5 @@
 """Repeated runs of user-supplied files: metrics whose answers are known, from files to a figure."""
 
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -25,7 +22,7 @@ estimate: "{sequence}/{system}/{run}.txt"
 
 
 @pytest.fixture(scope="module")
-def runs() -> pd.DataFrame:
+def runs():
     """Two systems on two sequences, ten runs each: three metrics.
 
     In the TAS the systems differ by 4 standard deviations; the RAS is a monotone function of it;
@@ -43,7 +40,7 @@ def runs() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def test_a_metric_that_differs_between_the_systems_orders_them(runs: pd.DataFrame) -> None:
+def test_a_metric_that_differs_between_the_systems_orders_them(runs):
     table = summarise(runs).set_index("metric")
     assert set(table.index[:2]) == {"TAS", "RAS"}
     assert table.loc["TAS", "order"] > 99
@@ -52,20 +49,20 @@ def test_a_metric_that_differs_between_the_systems_orders_them(runs: pd.DataFram
     assert table.loc["ATE", "runs"] > 20
 
 
-def test_metrics_that_order_the_runs_alike_agree(runs: pd.DataFrame) -> None:
+def test_metrics_that_order_the_runs_alike_agree(runs):
     found = agreement(pairs(runs)).set_index(["metric", "other"])["order"]
     assert found["TAS", "RAS"] == found["TAS", "TAS"]
     assert found["ATE", "TAS"] == pytest.approx(50, abs=25)
 
 
-def test_infinite_errors_lose(runs: pd.DataFrame) -> None:
+def test_infinite_errors_lose(runs):
     far_off = runs.assign(ATE=runs["ATE"].where(runs["system"] == "b", np.inf))
     found = pairs(far_off).set_index(["metric", "sequence"]).loc[("ATE", "desk")]
     assert (found["share"], found["order"], found["significant"]) == (0, 100, True)
 
 
 @pytest.fixture
-def file(tmp_path: Path) -> Path:
+def file(tmp_path):
     """Files of two systems with three runs each on a sequence."""
     for system, sigma in (("a", 0.05), ("b", 0.3)):
         for run in range(3):
@@ -89,16 +86,16 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def score(path: Path, output: Path, *options: str) -> int:
+def score(path, output, *options):
     return main(["--benchmark", str(path), "--sequence", "car", *options, "--output", str(output)])
 
 
-def write(path: Path, rotations: np.ndarray, positions: np.ndarray) -> None:
+def write(path, rotations, positions):
     quaternions = Rotation.from_matrix(rotations).as_quat()
     np.savetxt(path, np.column_stack([np.arange(len(positions)) / 10, positions, quaternions]))
 
 
-def test_from_files_to_a_figure(file: Path, tmp_path: Path) -> None:
+def test_from_files_to_a_figure(file, tmp_path):
     (tmp_path / "car/b/3.txt").write_text("no trajectory\n")  # is left out
     own = tmp_path / "car.csv"
     assert score(file, own) == 0
@@ -114,7 +111,7 @@ def test_from_files_to_a_figure(file: Path, tmp_path: Path) -> None:
     assert isinstance(draw(*tables), Figure)
 
 
-def test_the_offset_of_a_clock_is_removed(file: Path, tmp_path: Path) -> None:
+def test_the_offset_of_a_clock_is_removed(file, tmp_path):
     before, after = tmp_path / "before.csv", tmp_path / "after.csv"
     assert score(file, before) == 0
     for path in (tmp_path / "car/a").iterdir():
@@ -127,7 +124,7 @@ def test_the_offset_of_a_clock_is_removed(file: Path, tmp_path: Path) -> None:
     assert late["TAS"].to_numpy() == pytest.approx(plain["TAS"].to_numpy(), abs=0.02)
 
 
-def test_further_metrics_by_name(file: Path, tmp_path: Path, capsys: Any) -> None:
+def test_further_metrics_by_name(file, tmp_path, capsys):
     own = tmp_path / "car.csv"
     assert score(file, own, "--more", "rpe@5f,recall@5cm,5deg:hloc,TAS") == 0
     table = pd.read_csv(own)

@@ -1,29 +1,24 @@
 """A small threshold study of made-up trials."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-import pandas as pd
 import pytest
 
 from experiments.config import load_sweep
-from experiments.grid import Cell
-from experiments.tables import Trials
-from studies.threshold_study.axes import Axis, axes_of, plan
+from studies.threshold_study.axes import axes_of, plan
 from studies.threshold_study.effects import effects
 
 GRID = {"n_outliers": [0, 3], "sigma_t": [0.02, 0.06], "sigma_r_deg": [2.0, 6.0], "trials": 30}
 VALUES = ["tas_max_threshold=[0.5]", "tas_n_thresholds=[inf]"]
 
 
-def falls(metric: str, cell: Cell, trial: int, rng: np.random.Generator) -> float:
+def falls(metric, cell, trial, rng):
     """Fall with noise and outliers, and scatter."""
     return 1 - 5 * cell.sigma_t - 0.05 * cell.n_outliers + 0.05 * rng.normal()
 
 
 @pytest.fixture(scope="session")
-def parts(make_up: Callable[..., Trials]) -> dict[str, Trials]:
+def parts(make_up):
     """The trials of its parts."""
     cameras = {"length": [20, 30]}
     sweeps = {
@@ -34,17 +29,17 @@ def parts(make_up: Callable[..., Trials]) -> dict[str, Trials]:
 
 
 @pytest.fixture
-def tables(parts: dict[str, Trials]) -> dict[str, pd.DataFrame]:
+def tables(parts):
     """Copies of the tables, to be changed."""
     return {name: part.table.copy() for name, part in parts.items()}
 
 
 @pytest.fixture(scope="session")
-def axes(parts: dict[str, Trials]) -> list[Axis]:
+def axes(parts):
     return axes_of(parts["outliers"].record.metrics)
 
 
 @pytest.fixture(scope="session")
-def table(axes: list[Axis], parts: dict[str, Trials]) -> pd.DataFrame:
+def table(axes, parts):
     """The effects; not to be changed."""
     return effects(axes, {name: part.table for name, part in parts.items()})

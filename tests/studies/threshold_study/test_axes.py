@@ -7,7 +7,7 @@ from experiments.metrics import Column
 from studies.threshold_study.axes import axes_of, plan
 
 
-def test_the_papers_values_are_the_defaults_of_the_metrics() -> None:
+def test_the_papers_values_are_the_defaults_of_the_metrics():
     """Their columns have no option, so another value here would be compared with itself."""
     axes = axes_of(load_sweep(plan()["outliers"]).metrics)
     assert len(axes) == 9
@@ -16,7 +16,7 @@ def test_the_papers_values_are_the_defaults_of_the_metrics() -> None:
         assert explicit.values == Column.parse(axis.metric).values
 
 
-def test_an_axis_can_be_given_and_keeps_the_papers_value() -> None:
+def test_an_axis_can_be_given_and_keeps_the_papers_value():
     tables = plan(["tas_max_threshold=[3, 0.5]", "pas_weight=[0.2]"])
     metrics = load_sweep(tables["outliers"]).metrics
     axes = {axis.name: axis for axis in axes_of(metrics)}
@@ -37,7 +37,7 @@ def test_an_axis_can_be_given_and_keeps_the_papers_value() -> None:
         ("metrics=[TAS]", "setting 'metrics' cannot be set: the study decides it"),
     ],
 )
-def test_wrong_settings_are_named_in_one_line(override: str, named: str) -> None:
+def test_wrong_settings_are_named_in_one_line(override, named):
     with pytest.raises(ConfigError) as caught:
         plan([override])
     assert named in str(caught.value)

@@ -1,24 +1,20 @@
 """Effects of the values of an axis: statistics of the trials, with their errors."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from studies.order import orders
 from studies.statistics import dependence
-from studies.threshold_study.axes import Axis
 from studies.threshold_study.effects import EFFECTS, effects
 
 from ..conftest import undescribed
 
-Tables = dict[str, pd.DataFrame]
 
-
-def row_of(table: pd.DataFrame, axis: str, value: str) -> "pd.Series[float]":
+def row_of(table, axis, value):
     return table[(table["axis"] == axis) & (table["value"] == value)].iloc[0]
 
 
-def test_effects_are_the_statistics_of_the_trials(table: pd.DataFrame, tables: Tables) -> None:
+def test_effects_are_the_statistics_of_the_trials(table, tables):
     assert undescribed(effects, table) == []
     row, metric = row_of(table, "tas_max_threshold", "0.5"), "TAS(max_threshold=0.5)"
     for part, level, column in (
@@ -38,9 +34,7 @@ def test_effects_are_the_statistics_of_the_trials(table: pd.DataFrame, tables: T
     assert (table.loc[table["metric"] == "RAS", "seed_noise"] == 0).all()
 
 
-def test_the_papers_row_has_no_error_and_the_others_have(
-    axes: list[Axis], table: pd.DataFrame, tables: Tables
-) -> None:
+def test_the_papers_row_has_no_error_and_the_others_have(axes, table, tables):
     columns = [column for column in table if column.endswith(("_error", "_p"))]
     paper = table["paper"] == "yes"
     assert table.loc[paper, columns].isna().all(axis=None)
@@ -49,9 +43,7 @@ def test_the_papers_row_has_no_error_and_the_others_have(
     assert effects(axes, one)[columns].isna().all(axis=None)
 
 
-def test_errors_are_those_of_the_difference_from_the_papers_value(
-    axes: list[Axis], tables: Tables
-) -> None:
+def test_errors_are_those_of_the_difference_from_the_papers_value(axes, tables):
     """Trials are paired: what scatters alike with either value is no error."""
     first, outliers = axes[:1], tables["outliers"]
     metric = first[0].columns["0.5"]
@@ -64,14 +56,14 @@ def test_errors_are_those_of_the_difference_from_the_papers_value(
     assert row["noise_range_error"] == pytest.approx(np.sqrt(2 / 30 / 2), rel=0.4)
 
 
-def test_a_score_that_rises_with_noise_is_wrong(axes: list[Axis], tables: Tables) -> None:
+def test_a_score_that_rises_with_noise_is_wrong(axes, tables):
     outliers = tables["outliers"]
     tables["outliers"] = outliers.assign(TAS=outliers["sigma_t"] + outliers["n_outliers"])
     row = row_of(effects(axes[:1], tables), "tas_max_threshold", "1")
     assert (row[["noise_order", "outlier_order"]] == 0).all()
 
 
-def test_what_does_not_vary_has_no_effect(axes: list[Axis], tables: Tables) -> None:
+def test_what_does_not_vary_has_no_effect(axes, tables):
     tables["outliers"] = tables["outliers"][tables["outliers"]["n_outliers"] == 0]
     tables["length"] = tables["length"][tables["length"]["n_cameras"] == 20]
     table = effects(axes[:2], tables)

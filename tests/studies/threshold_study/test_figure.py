@@ -1,15 +1,11 @@
 """The figure of the thresholds: a row for each value, a column for each effect."""
 
 import numpy as np
-import pandas as pd
 
-from studies.threshold_study.axes import Axis
 from studies.threshold_study.figure import draw
 
 
-def test_every_value_is_shown_and_named_and_the_papers_is_bold(
-    axes: list[Axis], table: pd.DataFrame
-) -> None:
+def test_every_value_is_shown_and_named_and_the_papers_is_bold(axes, table):
     table = table.assign(outlier_order=np.nan)  # as where one number of outliers is run
     figure = draw(table)
     figure.draw_without_rendering()
