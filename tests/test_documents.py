@@ -41,11 +41,6 @@ def test_links_lead_somewhere(document):
         assert not anchor or anchor in anchors(target), link
 
 
-def test_links_are_found():
-    assert LINK.findall(text_of(ROOT / "README.md")).count("CITATION.cff") == 1
-    assert "at-other-frame-rates" in anchors(ROOT / "docs" / "explanation" / "profiles.md")
-
-
 def test_one_version_and_one_licence():
     """Of the package, for who cites it and for the archive."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]

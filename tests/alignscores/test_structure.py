@@ -113,13 +113,3 @@ def test_the_command_alone_knows_argparse():
         if not module.startswith("alignscores.cli"):
             assert "argparse" not in imported(module), module
             assert "Namespace" not in MODULES[module].read_text("utf-8"), module
-
-
-def test_nothing_imports_the_command():
-    importing = {
-        module
-        for module in MODULES
-        if any(name.startswith("alignscores.cli") for name in imported(module))
-    }
-    inside = {module for module in MODULES if module.startswith("alignscores.cli")}
-    assert importing - inside == {"alignscores.__main__"}

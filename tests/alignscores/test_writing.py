@@ -33,18 +33,6 @@ def test_a_file_keeps_its_mode_and_a_new_one_has_the_usual_one(tmp_path):
     assert modes(tmp_path)["a.csv"] == 0o640
 
 
-def test_a_link_is_replaced_and_its_target_stays(tmp_path):
-    (tmp_path / "target").write_text("theirs")
-    (tmp_path / "target").chmod(0o600)
-    for name in ("there", "nowhere"):
-        (tmp_path / name).symlink_to("target" if name == "there" else "none")
-        write_whole(tmp_path / name, b"new")
-        assert not (tmp_path / name).is_symlink()
-        assert (tmp_path / name).read_bytes() == b"new"
-    assert (tmp_path / "target").read_text() == "theirs"
-    assert not (tmp_path / "none").exists()
-
-
 OBSTACLES = {
     "folder": (Path.mkdir, "Is a directory"),
     "pipe": (os.mkfifo, "it is a pipe or a device"),

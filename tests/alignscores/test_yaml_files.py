@@ -28,11 +28,6 @@ def test_bad_files_are_a_line_each(tmp_path, text, reason):
     assert len(str(caught.value)) < 300
 
 
-def test_what_is_no_file_is_a_line(tmp_path):
-    with pytest.raises(ValueError, match="No such file"):
-        load_yaml(tmp_path / "none.yaml")
-
-
 def test_a_file_with_aliases_and_any_letters(tmp_path):
     path = tmp_path / "x.yaml"
     path.write_bytes("\ufeffa: &x {k: 1.5}\nb: {<<: *x, l: 日本}\nc: ~".encode())

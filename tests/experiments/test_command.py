@@ -47,16 +47,3 @@ def test_what_goes_wrong_is_one_line_and_an_exit_code(error, code, line, capsys)
     assert run_command(parser(), work, ["x"]) == code
     out, err = capsys.readouterr()
     assert (out, err) == ("", f"experiments.example: {line}\n")
-
-
-def test_names_of_results_are_printable(capsys):
-    assert run_command(parser(), lambda options: ["\x1b[2J"], ["x"]) == 0
-    assert capsys.readouterr().out == "\\x1b[2J\n"
-
-
-def test_faults_of_the_program_are_not_hidden():
-    def work(_):
-        raise ValueError("a defect")
-
-    with pytest.raises(ValueError, match="a defect"):
-        run_command(parser(), work, ["x"])

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from experiments.config import Selection, experiment_names, load_sweep
 from experiments.grid import KEY_COLUMNS, Cell, cells
@@ -32,12 +31,6 @@ def test_a_trial_does_not_depend_on_the_rest_of_the_grid(small, run, trials):
     part = run(small("sigma_t=[0.05]", "n_outliers=[3]", "trials=2"))
     same = trials[(trials.sigma_t == 0.05) & (trials.n_outliers == 3) & (trials.trial < 2)]
     pd.testing.assert_frame_equal(part, same.reset_index(drop=True), check_exact=True)
-
-
-def test_a_trial_does_not_depend_on_those_evaluated_with_it(small, run):
-    one = ["n_cameras=[10]", "n_outliers=[0]", "sigma_t=[0.05]", "metrics=[DTE,RAS,RMS-2]"]
-    many, few = (run(small(*one, f"trials={trials}")) for trials in (52, 3))
-    pd.testing.assert_frame_equal(many[:3], few, check_exact=True)
 
 
 @pytest.mark.parametrize("override", ["seed=1", "replicate=1"])
@@ -87,15 +80,6 @@ def test_volume_grows_with_the_number_of_cameras(volume_per_camera, side):
     assert np.abs(positions).max() <= side / 2
 
 
-def test_another_frame_rate_has_the_same_cameras():
-    """Each third of them, beginning with the first."""
-    cell = Cell(40, 0, 0.1, 1.0)
-    sweeps = [load_sweep(["geometry=car", f"every={k}"]) for k in (1, 3)]
-    whole, kept = (draw_scene(sweep, cell, np.random.SeedSequence(0)) for sweep in sweeps)
-    for name in ("gt_rotations", "gt_positions", "est_rotations", "est_positions"):
-        np.testing.assert_array_equal(getattr(kept, name), getattr(whole, name)[::3])
-
-
 def test_every_generator_changes_the_trials(small, run):
     one = small("n_outliers=[3]", "sigma_t=[0.05]", "trials=1", "metrics=[ATE]")
     choices = [("geometry", name) for name in PATHS if name != "cube"]
@@ -121,10 +105,3 @@ def test_sweeps_are_joined_in_one_table(small, trials):
         assert len(found) == 6
         assert (found == whole[metric].loc[found.index]).all()
     assert table["RAS"].notna().tolist() == [False] * 9 + [True] * 4
-
-
-def test_the_thread_limit_of_blas_ends_with_a_sweep(small, run):
-    with threadpool_limits(2, user_api="blas"):
-        run(small("trials=1", "metrics=[ATE]"))
-        libraries = ThreadpoolController().select(user_api="blas").info()
-        assert {library["num_threads"] for library in libraries} == {2}

@@ -8,16 +8,7 @@ import pytest
 
 from experiments.config import Selection
 from experiments.sweep import run_sweeps
-from experiments.tables import TableError, read_table, read_trials, write_files, write_trials
-
-
-def test_a_file_that_cannot_be_written_is_named_and_no_other_is_written(tmp_path):
-    first, obstacle = tmp_path / "a" / "1.csv", tmp_path / "b" / "2.csv"
-    obstacle.mkdir(parents=True)
-    with pytest.raises(OSError, match="directory") as caught:
-        write_files({first: b"1", obstacle: b"2"})
-    assert caught.value.filename == str(obstacle)
-    assert not any(path.is_file() for path in tmp_path.rglob("*"))
+from experiments.tables import TableError, read_table, read_trials, write_trials
 
 
 def test_trials_and_settings_come_back_bit_for_bit(tmp_path, small, trials):
@@ -100,12 +91,6 @@ def test_what_is_no_record_is_refused(table, text):
     record = table.with_suffix(".json")
     record.write_text(text)
     assert refusal(table, record).startswith("is not the record of a table of trials")
-
-
-def test_a_missing_record_is_refused(table):
-    record = table.with_suffix(".json")
-    record.unlink()
-    assert refusal(table, record).startswith("does not exist")
 
 
 def test_a_table_needs_the_columns_that_are_asked_for(tmp_path):

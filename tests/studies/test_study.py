@@ -1,8 +1,6 @@
 """The studies, and the settings of their tables."""
 
-import pytest
-
-from experiments.config import ConfigError, experiment_names, load_sweep
+from experiments.config import experiment_names, load_sweep
 from studies import paper
 from studies.study import find_studies
 
@@ -13,12 +11,6 @@ def test_the_experiments_share_their_settings():
     for name, settings in tables.items():
         sweep = load_sweep(settings)
         assert (sweep.name, sweep.trials, sweep.seed) == (name, 5, 3)
-
-
-def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it():
-    settings = r"experiment=collinear volume_per_camera=0\.1"
-    with pytest.raises(ConfigError, match=rf"'volume_per_camera' applies to .* \({settings}\)$"):
-        paper.load_experiment(paper.plan(["volume_per_camera=0.1"])["collinear"])
 
 
 def test_the_studies_have_the_order_of_the_report():

@@ -52,19 +52,3 @@ def test_a_spreadsheet_and_pandas_read_the_names(run_compare, hostile):
     for names in ({row["system"] for row in rows}, set(table["system"])):
         assert names == set(SYSTEMS.values())
     assert table["TAS"].dtype == float
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["tum", "a", "b", "--\x1b[2J"],
-        ["\x1b[2J"],
-        ["tum", "a", "b", "--unit", "\x1b[2J"],
-        ["compare", "tum", "{\x1b[2J}", "b"],
-        ["compare", "tum", "a", "b", "--metrics", "\x1b[2J"],
-    ],
-)
-def test_no_escape_of_an_argument_reaches_the_terminal(run, arguments):
-    code, out, err = run(*arguments)
-    assert (code in (1, 2), out) == (True, "")
-    assert is_plain(err)

@@ -21,27 +21,6 @@ COLMAP = "colmap", "colmap/reference", "colmap/estimate"
 KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
 
 
-def test_save_errors(run, tmp_path):
-    path = tmp_path / "errors.csv"
-    options = "--missing", "ignore", *AT_STAMPS, "--save_errors", path
-    code, out, _ = run(*TUM, TUM[2], *options, "--json")
-    first, second = json.loads(out)["results"]
-    assert code == 0
-    with path.open() as file:
-        rows = list(csv.DictReader(file))
-    assert [row["estimate"] for row in rows] == [first["name"]] * 40 + [second["name"]] * 40
-    stamps = [float(row["camera"]) for row in rows[:40]]
-    assert stamps == sorted(stamps)
-    scored = [row for row in rows[:40] if row["status"] != "left out"]
-    assert {row["status"] for row in scored} == {"matched"}
-    assert len(scored) == first["n"] == 37
-    errors = np.array([float(row["position_error"]) for row in scored])
-    assert np.mean(errors < first["unit"]) == first["within_unit"]
-    angles = np.array([float(row["rotation_error_deg"]) for row in scored])
-    thresholds = np.arange(1, 101) / 10
-    assert np.mean(angles[:, None] < thresholds) == pytest.approx(first["RAS"])
-
-
 def test_save_profiles(run, tmp_path):
     """The crossing of one half is that of the table; estimates share their units."""
     path = tmp_path / "profiles.csv"

@@ -120,14 +120,3 @@ def test_a_distance_that_no_run_is_given_is_no_failure(benchmark_of, compare, tm
     assert entries["a", "helix"]["PAS"] == pytest.approx(
         2 / 3 * entries["a", "helix"]["PAS_scored"]
     )
-
-
-def test_a_metric_without_a_value_is_told_once_a_system(benchmark_of, run):
-    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.5)}, ["car"], runs=2, n=60)
-    code, out, err = run(*patterns, "--metrics", "kitti", "--json", "--jobs", 1)
-    assert code == 0
-    assert [entry["metrics"] for entry in json.loads(out)["results"]] == [{"kitti": None}] * 2
-    assert (
-        "note: car, a, run 0: without a value, counted as failures: kitti (and alike for 1 more of "
-        "a)\n"
-    ) in err

@@ -1,7 +1,6 @@
 """`compare` from Python: patterns or a YAML file, and what its result tells."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -38,18 +37,6 @@ def test_a_mix_up_is_told_of_the_first_run_of_a_system(patterns, tmp_path, monke
     (note,) = [note for note in notes if "as it is" in note]  # which convention fits better
     assert note.startswith("helix, c, run 0: ")
     assert "alike" not in note
-
-
-def test_a_system_that_was_to_be_run_everywhere(found, patterns, tmp_path):
-    shutil.rmtree(tmp_path / "car/c")
-    assert compare(*patterns[1:], format=patterns[0]).failed == []
-    expected = compare(*patterns[1:], format=patterns[0], expect_all=True)
-    assert expected.failed == [f"c: has no run {run} on car" for run in range(3)]
-
-
-def test_scores_among_the_metrics_have_their_columns_already(found, patterns):
-    again = compare(*patterns[1:], format=patterns[0], metrics="TAS,half,ate:rmse,ATE")
-    assert list(again.to_dict()["results"][0]["metrics"]) == ["ate:rmse", "ATE"]
 
 
 def test_files_and_systems_are_compared_without_patterns(found, tmp_path):

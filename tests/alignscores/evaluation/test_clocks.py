@@ -58,15 +58,6 @@ def test_no_offset_is_found_where_there_is_none():
             assert note.startswith("no time offset added: none makes its motions fit")
 
 
-def test_without_rotations_speeds_find_it():
-    truth = walk()
-    estimate = disturbed(truth, 0.137, sigma=1e-3)
-    estimate.poses[:, :3, :3] = np.nan
-    added, (note,) = offset(truth, estimate)
-    assert added == pytest.approx(-0.137, abs=0.005)
-    assert note.startswith("time offset of")
-
-
 def test_frames_and_scale_do_not_matter():
     truth = walk()
     estimate = disturbed(truth, 0.137)

@@ -33,11 +33,6 @@ def kinds(evaluation):
     return [note.kind for note in evaluation.notes]
 
 
-def test_an_exact_reference_gives_a_perfect_estimate_1(reference):
-    perfect = evaluate(reference, reference, reference_sigma="0,0").perfect
-    assert perfect == {"TAS": [1.0, 1.0], "RAS": [1.0, 1.0], "PAS": [1.0, 1.0]}
-
-
 @pytest.mark.parametrize("sigma_deg", [0.5, 3.0])
 def test_scores_have_their_closed_form_where_nothing_is_aligned(reference, sigma_deg):
     """Distances and small angles of normal errors follow a Maxwell distribution."""

@@ -101,13 +101,3 @@ def test_seconds_need_stamps():
         evo_rpe(gt, est, seconds=1.0)
     with pytest.raises(NoValueError, match="no two poses with an estimate are 60 s apart"):
         evo_rpe(gt, est, seconds=60.0, stamps=stamps)
-
-
-def test_over_seconds_by_the_command(run):
-    """The example in the format TUM has 10 frames a second, that in KITTI's no time stamps."""
-    names = "--metrics", "rpe@1s,rpe@1f"
-    code, out, _ = run("tum", "tum/reference.txt", "tum/estimate.txt", *names)
-    assert code == 0
-    assert "-" not in out.splitlines()[1].split()
-    _, _, err = run("kitti", "kitti/reference.txt", "kitti/estimate.txt", *names)
-    assert "rpe@1s needs time stamps, which the files lack" in err

@@ -81,15 +81,6 @@ def test_stamps_out_of_order_are_sorted(whose):
     assert pairs(matches) == expected
 
 
-@pytest.mark.parametrize("keys", [[0.0, 1.0, 2.0, 3.0], ["a", "b", "c", "d"]])
-def test_a_reference_may_have_rows_of_nan(keys):
-    reference = trajectory(keys)
-    reference.poses[1, :3] = np.nan
-    matches = match(reference, trajectory(keys), missing="fail", **AT_ITS_STAMP)
-    assert matches.keys.tolist() == [keys[0], *keys[2:]]
-    assert pairs(matches) == [(0, 0), (2, 2), (3, 3)]
-
-
 STAMPS = np.arange(400) / 40  # 10 s
 
 
@@ -150,19 +141,6 @@ def test_images_of_other_cameras_and_names_that_are_not_unique_are_not_matched(r
     assert not recwarn.list
     said = message_of(trajectory(sides), trajectory(["0.png", "1.png"]))
     assert "no image names in common: " in said
-
-
-@pytest.mark.parametrize(
-    ("reference", "estimate", "message"),
-    [
-        (["a"], ["b"], "no image names in common: the reference has 'a', the estimate 'b'"),
-        ([3, 4], [5, 6], "no frame numbers in common: the reference has 3, the estimate 5"),
-        ([0, 1], [0, 1, 2], "the reference has 2 poses, the estimate 3: "),
-        ([0.5, 1.0], [0, 1], "not of the same format: the keys of the reference are time stamps"),
-    ],
-)
-def test_nothing_in_common(reference, estimate, message):
-    assert message in message_of(trajectory(reference), trajectory(estimate))
 
 
 DATE = 1.7e9

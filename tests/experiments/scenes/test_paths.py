@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from experiments.scenes.paths import BEND, CLUSTER_SPREADS, CLUSTERS, HELIX_CLIMB, HELIX_TURN, PATHS
+from experiments.scenes.paths import BEND, PATHS
 
 STEPPED = (
     "line",
@@ -67,18 +67,6 @@ def test_an_orbit_is_a_closed_circle_that_looks_at_its_centre():
     np.testing.assert_allclose(top, np.tile([0, 0, 1], (100, 1)), atol=1e-12)
 
 
-def test_a_helix_climbs_evenly_round_an_axis_that_it_looks_at():
-    positions, view, top = path("helix")
-    np.testing.assert_allclose(np.diff(positions[:, 2]), HELIX_CLIMB)
-    radii = np.linalg.norm(positions[:, :2], axis=1)
-    np.testing.assert_allclose(radii, radii[0])
-    np.testing.assert_allclose(view[:, :2], -positions[:, :2] / radii[0], atol=1e-12)
-    np.testing.assert_array_equal(view[:, 2], 0)
-    np.testing.assert_allclose(top, np.tile([0, 0, 1], (100, 1)), atol=1e-12)
-    turn = positions[HELIX_TURN] - positions[0]
-    np.testing.assert_allclose(turn, [0, 0, HELIX_TURN * HELIX_CLIMB], atol=1e-12)
-
-
 @pytest.mark.parametrize("n", [100, 95])
 def test_a_survey_covers_a_grid_back_and_forth_and_looks_down(n):
     positions, view, top = path("survey", n)
@@ -112,19 +100,3 @@ def test_a_car_drives_straight_and_turns_by_right_angles_either_way():
         straights = np.diff(bends) - BEND
         assert ((straights >= 5) & (straights <= 15)).all()
     assert 0.4 < np.mean(turns) < 0.6
-
-
-def test_uneven_clusters_are_the_fuller_the_denser():
-    n, spreads = 2000, []
-    for seed in range(20):
-        positions, _, _ = path("uneven", n, seed)
-        shares = 1 / np.arange(1, CLUSTERS + 1)
-        expected = n * shares / shares.sum()
-        # One cluster after the other: the middle half of each expected share is of that cluster.
-        borders = np.cumsum(expected).astype(int)[:-1]
-        parts = np.split(positions, borders)
-        inner = [part[len(part) // 4 : -len(part) // 4] for part in parts]
-        spreads.append([part.std(axis=0).mean() for part in inner])
-    np.testing.assert_allclose(
-        np.median(spreads, axis=0), np.geomspace(*CLUSTER_SPREADS, CLUSTERS), rtol=0.1
-    )

@@ -21,13 +21,6 @@ def write(directory, text, name="mine.yaml"):
     return path
 
 
-def test_the_papers_setting_is_one_of_them(beyond):
-    config = beyond["paper"]
-    usual = load_sweep(["experiment=maa_vs_pas_outliers"])
-    for key in ("geometry", "error", "outliers", "outlier_side", "noise", "volume_per_camera"):
-        assert getattr(config, key) == getattr(usual, key)
-
-
 def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path, beyond):
     path = write(
         tmp_path,
@@ -74,9 +67,3 @@ def test_a_file_at_fault_is_named_in_one_line(tmp_path, text, named):
     assert named in str(caught.value)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path):
-    path = write(tmp_path, "scenarios: {a: {}}", "my study.yaml")
-    with pytest.raises(ConfigError, match="the name 'beyond_my study' may have letters"):
-        plan([f"scenarios={path}"])
