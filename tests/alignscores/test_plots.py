@@ -71,7 +71,7 @@ def test_the_trajectory_is_coloured_by_the_error_in_the_reference_s_unit(evaluat
     np.testing.assert_array_equal(axes.collections[0].get_array(), errors[np.isfinite(errors)])
 
 
-@pytest.mark.parametrize("form", FILES)
+@pytest.mark.parametrize("form", ["tum", "kitti", "colmap"])
 def test_one_figure_has_every_kind(examples, form):
     files = (examples / name for name in FILES[form])
     figure = figure_of([evaluate(*files, format=form)])

@@ -50,12 +50,11 @@ def test_an_offset_is_found_within_5_ms(late, step):
 
 
 def test_no_offset_is_found_where_there_is_none():
-    for seed in range(3):
-        truth = walk(seed)
-        for step in (1, 10, 60):  # one in 3 s: too far apart to compare
-            added, (note,) = offset(truth, disturbed(truth, 0.0, step, sigma=0.03))
-            assert added == 0
-            assert note.startswith("no time offset added: none makes its motions fit")
+    truth = walk()
+    for step in (1, 10, 60):  # one in 3 s: too far apart to compare
+        added, (note,) = offset(truth, disturbed(truth, 0.0, step, sigma=0.03))
+        assert added == 0
+        assert note.startswith("no time offset added: none makes its motions fit")
 
 
 def test_frames_and_scale_do_not_matter():
@@ -87,11 +86,8 @@ def test_motions_that_fit_nowhere_are_refused_if_the_clocks_have_no_time_in_comm
 
 
 def test_real_runs_have_the_offsets_that_are_known(real):
-    for sequence in ("MH_01", "V1_01", "V2_02"):
-        folder = real / "euroc" / sequence
-        truth = read_tum(folder / "groundtruth.txt")
-        for system, late in (("vislam_ba", 0.0), ("vislam_rp", 0.05), ("vio_stereo", 0.0)):
-            file = folder / system / "0.txt"
-            if file.exists():
-                added, _ = offset(truth, read_tum(file))
-                assert added == pytest.approx(-late, abs=0.002)
+    folder = real / "euroc/V2_02"
+    truth = read_tum(folder / "groundtruth.txt")
+    for system, late in (("vislam_ba", 0.0), ("vislam_rp", 0.05), ("vio_stereo", 0.0)):
+        added, _ = offset(truth, read_tum(folder / system / "0.txt"))
+        assert added == pytest.approx(-late, abs=0.002)

@@ -70,8 +70,8 @@ def bursts(trajectory, seconds, n):
     return of_rows(trajectory, rows[rows < len(trajectory.keys)])
 
 
-def at_random(trajectory, share, seed=0):
-    kept = np.random.default_rng(seed).random(len(trajectory.keys)) < share
+def at_random(trajectory, share):
+    kept = np.random.default_rng(0).random(len(trajectory.keys)) < share
     return of_rows(trajectory, kept)
 
 
@@ -81,7 +81,7 @@ def without(trajectory, start, end):
     return of_rows(trajectory, (elapsed < start) | (elapsed > end))
 
 
-@pytest.mark.parametrize("reference_rate", [5, 20, 200])
+@pytest.mark.parametrize("reference_rate", [5, 200])
 def test_perfect_estimates_score_one_at_any_rate(reference_rate):
     truth = winding_path(40 * reference_rate, reference_rate)
     rows = {f"every {s} s": slice(None, None, round(s * reference_rate)) for s in (0.2, 0.6, 1.8)}
@@ -171,17 +171,16 @@ def euroc_runs(real, *runs):
 
 def check_that_fewer_poses_gain_nothing(truth, estimate):
     full = evaluate(truth, estimate).pas
-    fewer = [thinned(estimate, seconds) for seconds in (0.3, 0.5, 1.0, 1.9)]
-    fewer += [bursts(estimate, 1.5, n) for n in (2, 5)]
-    fewer += [at_random(estimate, share, seed) for seed, share in enumerate((0.9, 0.5, 0.2, 0.05))]
+    fewer = [thinned(estimate, seconds) for seconds in (0.3, 1.0, 1.9)]
+    fewer += [bursts(estimate, 1.5, 3), *(at_random(estimate, share) for share in (0.9, 0.2, 0.05))]
     for some in fewer:
         assert evaluate(truth, some).pas <= full + 0.02
 
 
 def check_that_a_pose_more_makes_no_jump(truth, estimate):
-    """From 1 to 60 poses, each added in the middle of the longest gap."""
+    """From 1 to 40 poses, each added in the middle of the longest gap."""
     rows, pas = [0, len(estimate.keys) - 1], []
-    while len(rows) < 60:
+    while len(rows) < 40:
         longest = int(np.argmax(np.diff(estimate.keys[rows])))
         middle = estimate.keys[rows[longest : longest + 2]].mean()
         row = int(np.argmin(np.abs(estimate.keys - middle)))
@@ -201,7 +200,7 @@ def test_of_made_runs_fewer_poses_gain_nothing_and_one_makes_no_jump():
 
 
 def test_of_real_runs_fewer_poses_gain_nothing(real):
-    runs = "MH_01/vislam_ba/0", "MH_05/vislam_rp/1", "V1_03/vislam_rp/0", "V2_02/vio_mono/0"
+    runs = "MH_01/vislam_ba/0", "V1_03/vislam_rp/0", "V2_02/vio_mono/0"
     for truth, estimate in euroc_runs(real, *runs):
         check_that_fewer_poses_gain_nothing(truth, estimate)
 
