@@ -200,7 +200,7 @@ def test_the_format_is_recognised(run, form):
             ("tum/reference.txt", "tum/estimate.txt", "euroc/data.csv"),
             "euroc/data.csv: is not in the format of tum/estimate.txt, tum; score it apart",
         ),
-        ((__file__, "x"), "test_other_programs.py, line 3: has "),
+        ((__file__, "x"), f"{__file__}: its header names no x, y, z "),
     ],
 )
 def test_what_is_not_recognised(run, files, reason):
