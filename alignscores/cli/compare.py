@@ -66,7 +66,7 @@ FILES = (
 )
 FAIL_ON = (
     "exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; with --baseline "
-    "also 'PAS drops 0.05', or 'worse': significantly, by the metric of --by"
+    "also 'PAS drops 0.05', or 'worse' (significantly, by the --by metric)"
 )
 MORE_METRICS = "more metrics, such as auc@30:vggt,rpe@1m; `alignscores metrics` lists them"
 FAILS = 3  # exit code
@@ -92,20 +92,20 @@ def compare_parser(*, everything: bool = True) -> Parser:
     parser.add_settings("format", "metrics", frames=FRAMES)
     jobs = available_processors()
     add = parser.add_argument_group("runs").add_argument
-    add("--dry-run", action="store_true", help="show what is found, and score nothing")
+    add("--dry-run", action="store_true", help="list the files, and score nothing")
     add("--expect_all", action="store_true", help="a system without runs on a sequence fails")
     add("--jobs", type=number_type(JOBS), default=jobs, metavar="X", help=JOBS.help)
     add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
     add = parser.add_argument_group("verdicts").add_argument
     add("--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)")
-    add("--baseline", metavar="FILE.json", help="show changes since that --json output")
+    add("--baseline", metavar="FILE.json", help="compare with an earlier --json output")
     add("--fail_on", metavar="CONDITIONS", help=FAIL_ON)
     add("--paired", action="store_true", help="compare runs of the same name")
     output, page_file = parser.add_argument_group("output"), output_file(".html")
     add = output.add_argument
     add("-v", "--verbose", action="store_true", help="explain the numbers")
     add("--metrics", metavar="NAMES", type=metric_names, default=(), help=MORE_METRICS)
-    add("--html", metavar="FILE.html", type=page_file, help="save a page with drawings")
+    add("--html", metavar="FILE.html", type=page_file, help="save an HTML page")
     add("--markdown", metavar="FILE", help="save a report in Markdown; - prints it")
     add = output.add_mutually_exclusive_group().add_argument
     for name in ("JSON", "CSV", "LaTeX"):

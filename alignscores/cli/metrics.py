@@ -13,7 +13,7 @@ __all__ = ["listing", "metre_notes", "metric_table"]
 FIRST, LONGEST_NAME = "estimate", 40  # header of the names, and their characters
 LEGEND = """\
 K is a whole number of degrees, ANGLE is in degrees (5deg or 5), DISTANCE in mm, cm or m, as in
-auc@30:vggt and recall@5cm,5deg:hloc. [brackets] may be left out; the first choice then holds.
+auc@30:vggt and recall@5cm,5deg:hloc. [brackets] may be left out; the default is the first choice.
 STATISTIC: rmse, mean, median, std, min, max. ALIGNMENT: sim3, se3, scale, none.
 PAIRS: consecutive, consecutive-reference, all, all-reference.
 The definitions are in docs/reference/protocols.md."""

@@ -115,7 +115,7 @@ def print_notes(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
             kind = str(one) if one.kind in GENERAL else one.kind
             alike.setdefault(kind, []).append(one.named(evaluation.name))
     for first, *others in alike.values():
-        print_note(f"{first} (and {len(others)} more of this kind)" if others else first)
+        print_note(f"{first} (and {len(others)} more like it)" if others else first)
 
 
 def print_note(message: str) -> None:

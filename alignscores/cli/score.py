@@ -58,8 +58,11 @@ WRITTEN = {  # options with the suffixes of their files
     "save_errors": ((".csv",), "save the errors of each expected frame"),
     "save_metrics": ((".csv",), "save --metrics or, without it, the scores"),
     "profile": ((".csv",), "save TAS and RAS for many largest thresholds"),
-    "save_aligned": ((".txt",), "save FILE_<name>, the aligned estimate, as TUM or KITTI"),
-    "save_results": ((".zip",), "save FILE_<name> for evo_res"),
+    "save_aligned": (
+        (".txt",),
+        "save the aligned estimate, as TUM or KITTI; FILE_<name> if several",
+    ),
+    "save_results": ((".zip",), "save results for evo_res; FILE_<name> if several"),
 }
 SAVED_EACH = ("save_aligned", "save_results")  # one file an estimate
 FOLDER = {  # what `--output FOLDER` writes

@@ -17,10 +17,10 @@ ALWAYS = (0, 1, 2, 8)  # columns that no terminal is too narrow for
 LONGEST = 28  # characters of a name
 LEGEND = """\
 TAS, RAS, PAS  scores of positions, of rotations, and of both, from 0 to 1; lost frames score 0
-half           smallest threshold at which the TAS, or the RAS, reaches one half; -: never reached
+half           largest threshold at which the TAS, or the RAS, would be one half; -: none
 median         error of the tracked frames, under the same alignment as the scores
 ATE            RMSE of the positions after the least-squares alignment
-tracked        share of the time, or of the images, with a pose
+tracked        share of the expected frames, or images, covered by a pose
 d              largest threshold of the TAS; for the RAS it is {degrees:g} degrees"""
 
 

@@ -394,7 +394,7 @@ def _alike(system: str, notes: Iterable[tuple[str, str]]) -> list[str]:
         alike.setdefault(re.sub(r"[\d.]+", "", note), []).append(f"{run}: {note}")
     of = f" of {system}" if system else ""
     return [
-        f"{first} (and alike for {len(others)} more{of})" if others else first
+        f"{first} (likewise {len(others)} more{of})" if others else first
         for first, *others in alike.values()
     ]
 

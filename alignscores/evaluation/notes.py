@@ -123,7 +123,7 @@ def duplicates(evaluation: Evaluation) -> Note | None:
 def few_poses(evaluation: Evaluation) -> Note | None:
     """Note that fewer than 20 poses can fit by chance."""
     n = evaluation.matches.n_poses
-    text = f"only {n} of its poses are scored, so few can fit by chance"
+    text = f"only {n} of its poses are scored; few poses can fit by chance"
     return Note("few", text) if n < 20 else None
 
 
@@ -182,7 +182,7 @@ def convention(evaluation: Evaluation) -> Note | None:
         evaluation.estimate.poses[matches.pose_rows],
         quaternions=settings.est_form.quaternions,
     )
-    gain = f"RAS {mistakes.ras:.2f} as it is, {mistakes.corrected_ras:.2f} so"
+    gain = f"RAS {mistakes.ras:.2f} as it is, {mistakes.corrected_ras:.2f} corrected"
     frame = ""
     if mistakes.body_rotation is not None:
         frame = (

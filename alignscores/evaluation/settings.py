@@ -149,7 +149,7 @@ class Settings:
     )
     est_format: str | None = _setting(
         None,
-        "format of the estimates, if it is another one",
+        "format of the estimates, if it differs",
         group=MATCHING,
         choices=tuple(FORMATS),
         optional=True,
@@ -169,10 +169,10 @@ class Settings:
         tables=True,
     )
     ref_columns: str | None = _setting(
-        None, "the same, of the reference alone", group=MATCHING, optional=True, tables=True
+        None, "the same, for the reference alone", group=MATCHING, optional=True, tables=True
     )
     est_columns: str | None = _setting(
-        None, "the same, of the estimates alone", group=MATCHING, optional=True, tables=True
+        None, "the same, for the estimates alone", group=MATCHING, optional=True, tables=True
     )
     missing: str = _setting(
         "fail",
@@ -185,7 +185,7 @@ class Settings:
     )
     sync: str = _setting(
         "interpolate",
-        "compare a pose with the reference interpolated at its time, or with the nearest pose",
+        "compare a pose with the reference interpolated at its time, or with its nearest pose",
         group=MATCHING,
         choices=SYNCS,
         timed=True,
@@ -226,7 +226,7 @@ class Settings:
     )
     body_rotation: str = _setting(
         "none",
-        "auto: remove a constant rotation of the camera frame, if one is found",
+        "auto: remove a constant rotation of the camera frame, if one is detected",
         group=MATCHING,
         choices=("auto", "none"),
     )
@@ -252,7 +252,7 @@ class Settings:
     weight: float = _number(0.5, "share of the TAS in the PAS, from 0 to 1", most=1)
     registration: str = _setting(
         "refined",
-        "how the TAS aligns; pcr99 is the paper's",
+        "refined: the alignment with the best TAS; pcr99: the paper's random one",
         choices=tuple(sorted(REGISTRATIONS)),
     )
     alignment: str = _setting(

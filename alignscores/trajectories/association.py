@@ -341,7 +341,7 @@ def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -
             as_long = factor * durations[other]
             same = 0.5 * as_long < durations[name] < 2 * as_long
             if unit != "seconds" and (unit == units[name] or same):
-                return f"; those of the {name} seem to be in {unit}: write them in seconds"
+                return f"; the stamps of the {name} seem to be in {unit}: write them in seconds"
     return ""
 
 
@@ -362,8 +362,8 @@ def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
     for whose, other in (("reference", "estimate"), ("estimate", "reference")):
         if abs(stamps[whose][-1]) < EARLIEST_DATE < stamps[other][0]:
             return (
-                f"; those of the {whose} seem to count from its start: --t_offset auto finds the "
-                "offset"
+                f"; the stamps of the {whose} seem to count from its start: --t_offset auto finds "
+                "the offset"
             )
     inside = est_stamps[(est_stamps >= ref_stamps[0]) & (est_stamps <= ref_stamps[-1])]
     if not len(inside):

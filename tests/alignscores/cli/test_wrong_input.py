@@ -84,7 +84,7 @@ CASES = {  # "format file what": its edit, the message
     **{
         f"{form} {whose} in {unit} from a start": (
             clock(factor, 1.7e9),
-            rf"those of the {whose} seem to be in {unit}: write them in seconds",
+            rf"the stamps of the {whose} seem to be in {unit}: write them in seconds",
         )
         for form in ("tum", "euroc")
         for whose in ("reference", "estimate", "frames")

@@ -150,13 +150,13 @@ SECONDS = DATE + np.arange(10)
 @pytest.mark.parametrize(
     ("reference", "estimate", "hint"),
     [
-        (SECONDS * 1e9, SECONDS, "; those of the reference seem to be in nanoseconds: write them"),
-        (SECONDS, SECONDS * 1e3, "; those of the estimate seem to be in milliseconds: write them"),
+        (SECONDS * 1e9, SECONDS, "stamps of the reference seem to be in nanoseconds: write"),
+        (SECONDS, SECONDS * 1e3, "stamps of the estimate seem to be in milliseconds: write"),
         (SECONDS * 1e9, SECONDS * 1e9 + 1e6, "; both seem to be in nanoseconds: write them in sec"),
         # Of stamps since a start the durations tell, which are alike up to a factor of two.
-        (SECONDS - DATE, 2e5 + np.arange(10) * 1e3, "those of the estimate seem to be in mil"),
-        (SECONDS, SECONDS - DATE + 5, "those of the estimate seem to count from its start: -"),
-        (SECONDS - DATE, SECONDS, "; those of the reference seem to count from its start: --t_off"),
+        (SECONDS - DATE, 2e5 + np.arange(10) * 1e3, "stamps of the estimate seem to be in mil"),
+        (SECONDS, SECONDS - DATE + 5, "stamps of the estimate seem to count from its start: -"),
+        (SECONDS - DATE, SECONDS, "stamps of the reference seem to count from its start: --t_off"),
         (SECONDS, SECONDS + 0.25, "; the nearest ones are usually 0.2500 s apart: --t_off"),
         (SECONDS, SECONDS + 1e6, "(t_max_diff 0.01 s)"),
     ],
@@ -179,7 +179,7 @@ def test_why_stamps_have_nothing_in_common(reference, estimate, hint):
             "no expected frame has a reference pose: the frames go from 98.000000 to 99.000000 s, "
             "the reference from 0.000000 to 9.975000 s (t_max_diff 0.01 s)",
         ),
-        ({"frames": SECONDS * 1e9}, "; those of the frames seem to be in nanoseconds: write them"),
+        ({"frames": SECONDS * 1e9}, "stamps of the frames seem to be in nanoseconds: write"),
     ],
 )
 def test_nothing_is_expected(timing, message):
