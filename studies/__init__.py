@@ -1,1 +1,1 @@
-"""What is asked of trials: a folder for each study, with its description in ``__init__.py``."""
+"""The studies: a folder for each, with its description in ``__init__.py``."""

@@ -59,7 +59,7 @@ CLOCK = {"policy": "pauseIfNetworkFetchesPending", "budget": 10_000}
 CLOCK |= {"maxVirtualTimeTaskStarvationCount": 9999}
 RUN_OUT = "Emulation.virtualTimeBudgetExpired"
 COMPLAINTS = {"Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"}
-# What a script has found out is kept beside the page, which may go on drawing.
+# The result of a script is stored next to the page, which may go on drawing.
 TELL = """
 const tell = (outcome) => { document.told = JSON.stringify(outcome); };
 """

@@ -29,7 +29,7 @@ def home(folder):
 def run_snakemake(arguments, folder, log):
     """Run it in a folder, have what it says written to a file, and return the exit code.
 
-    Its home is beside the log.
+    Its home is next to the log.
     """
     process = FORKS.Process(target=_run, args=(arguments, folder, log))
     process.start()

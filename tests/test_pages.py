@@ -251,7 +251,7 @@ PLANNED = set()
 
 
 def rule_of(arguments):
-    """Tell whether a command names a rule of the Snakefile and nothing else."""
+    """Return whether a command names a rule of the Snakefile and nothing else."""
     files = [ROOT / "Snakefile", *(ROOT / "workflow").glob("*.smk")]
     code = "\n".join(file.read_text() for file in files)
     return len(arguments) == 1 and f"\nrule {arguments[0]}:\n" in code
@@ -306,7 +306,7 @@ def test_all_that_is_public_is_shown():
 
 
 def test_the_result_files_have_every_column(tmp_path, monkeypatch):
-    """Of one's own trajectories; those of the study are shown from the docstrings."""
+    """Columns of your own trajectories; the docstrings have the study's."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "tests" / "data" / "tum", "tum")
     page = (DOCS / "reference" / "results.md").read_text()

@@ -323,7 +323,7 @@ def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision
 
 @contextmanager
 def _named(entry: Mapping[str, Any], otherwise: str) -> Iterator[None]:
-    """Say in one line which part of the file is wrong, by its id if it has one."""
+    """Raise errors that name the part of the file that is wrong, by its id if it has one."""
     try:
         yield
     except ValidationError as error:

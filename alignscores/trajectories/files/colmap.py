@@ -151,7 +151,7 @@ def _read(folder: Path) -> Trajectory:
 
 
 def _check_whole(path: Path) -> None:
-    """Refuse a binary file of a model that is cut off, which pycolmap may read without end."""
+    """Check that a binary file of a model is not cut off, which pycolmap may read without end."""
     record, named, count, item = RECORDS[path.name]
     size, end, whole = path.stat().st_size, 8, 0
     if size < end:

@@ -49,7 +49,7 @@ def parse_columns(text: str) -> list[str]:
 
 
 def columns_of_header(header: str) -> list[str]:
-    """Return what the columns hold that a header names; - for those that are of no use."""
+    """Return what the columns hold that a header names; - for columns that are not used."""
     text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lstrip("#%/ \t"))  # units: x [m]
     words = re.split(r"[,;]" if re.search("[,;]", text) else r"\s+", text)
     names = [_column(word) for word in words]

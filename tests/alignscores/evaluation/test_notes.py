@@ -198,7 +198,7 @@ APART = "the rotations that align positions and rotations differ by "
     ],
 )
 def test_a_camera_that_is_mounted_otherwise_than_calibrated(run, kitti, degrees, alignment, noted):
-    """On a flat road its heading is taken for that of the world, so that no score counts it."""
+    """On a flat road its heading is mistaken for the reference's, so that no score counts it."""
     files = kitti(drive(), "gt.txt"), kitti(moved(drive(), degrees))
     _, _, err = run("kitti", *files, "--alignment", *alignment)
     assert (APART + "15." in err) == noted
