@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable
-from math import ceil, floor, inf, nan
+from math import floor, inf, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,7 +35,7 @@ FITTED = {"similarity": 2, "rigid": 1, "yaw": 1, "none": 0}  # cameras, whatever
 N_THRESHOLDS = 100  # of a score, as by default
 GAIN = 1e-3  # relative; the search ends with the first step that gains less
 ROUNDING = 1e-12  # of the extent; smaller units are rounding errors
-ULPS = 1e-12  # relative, beyond the rounding of a sum of errors
+MARGIN = 1e-12  # relative, beyond the rounding of a sum of errors
 SHRINK = 2.0**-40  # of errors whose sums overflow; it rounds nothing
 SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)  # a smaller unit is rounded to 0
 
@@ -244,35 +244,22 @@ def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> flo
         return 0.0
 
     def reached(bits: int) -> bool:
-        unit = float(np.int64(bits).view(np.float64))
-        frequency = int(sorted_errors.searchsorted(unit * steps).sum())
+        frequency = int(sorted_errors.searchsorted(_float(bits) * steps).sum())
         return frequency / (n_thresholds * n) >= score
 
-    step = np.float64(_step(sorted_errors, score, n_thresholds, lowest, highest))
-    bits = int(step.view(np.int64))
-    while reached(bits):  # the rounding of units and thresholds moves it by a bit or two
-        bits -= 1
-    while not reached(bits):
-        bits += 1
+    low, high = _bits(lowest * (1 - MARGIN)), _bits(highest * (1 + MARGIN))
+    while high - low > 1:  # positive floats have the order of their bits
+        middle = (low + high) // 2
+        low, high = (low, middle) if reached(middle) else (middle, high)
+    return _float(high)
+
+
+def _bits(value: float) -> int:
+    return int(np.float64(value).view(np.int64))
+
+
+def _float(bits: int) -> float:
     return float(np.int64(bits).view(np.float64))
-
-
-def _step(
-    sorted_errors: Floats, score: float, n_thresholds: int, lowest: float, highest: float
-) -> float:
-    """Return the step at which the score is reached, up to rounding, between two units."""
-    errors = n_thresholds * sorted_errors[: sorted_errors.searchsorted(highest, side="right")]
-    first = np.maximum(np.ceil(errors / (highest * (1 + ULPS))), 1.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        last = np.fmin(np.floor(errors / (lowest * (1 - ULPS))), n_thresholds)
-    counts = np.maximum(last - first + 1, 0).astype(np.intp)
-    ends = np.cumsum(counts)
-    offsets = np.arange(ends[-1]) - np.repeat(ends - counts, counts)
-    steps = np.repeat(errors, counts) / (np.repeat(first, counts) + offsets)
-    needed = score * n_thresholds * len(sorted_errors)
-    passed = n_thresholds * len(errors) - np.maximum(last, first - 1).sum()  # below the lowest
-    index = min(max(ceil(needed - passed - ROUNDING) - 1, 0), len(steps) - 1)
-    return float(np.partition(steps, index)[index])
 
 
 def extent(gt: Floats) -> float:
