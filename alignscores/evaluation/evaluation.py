@@ -300,8 +300,8 @@ class Evaluation:
             "half_angle": self.half_angle,
             "ATE": self.ate,
         }
-        known = metric(name).name
-        return finite_or_none(scores[known] if known in scores else self.metrics.get(known))
+        metric_name = metric(name).name
+        return finite_or_none({**self.metrics, **scores}.get(metric_name))
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the command prints for it with ``--json``.

@@ -238,7 +238,7 @@ def _by_key(reference: Trajectory, estimate: Trajectory, unit: float | None) -> 
     if kinds[0] != kinds[1]:
         raise ValueError(
             "the two trajectories are not of the same format: the keys of the reference are "
-            f"{KEY_KINDS[kinds[0]]}, those of the estimate {KEY_KINDS[kinds[1]]}"
+            f"{KEY_KINDS[kinds[0]]}, the keys of the estimate {KEY_KINDS[kinds[1]]}"
         )
     ref_rows = _first_rows(reference.keys, "reference")
     est_rows = _first_rows(estimate.keys, "estimate")
@@ -370,8 +370,8 @@ def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
         return ""
     distance = float(np.median(nearest_stamps(ref_stamps, inside)[1]))
     return (
-        f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves those of the "
-        "estimate, a larger --t_max_diff accepts them"
+        f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves the "
+        "stamps of the estimate, a larger --t_max_diff accepts them"
     )
 
 

@@ -51,11 +51,11 @@ def recognise(path: FilePath, columns: str | None = None) -> str:
     return _format_of_text(path, columns)
 
 
-def _format_of_text(path: FilePath, given: str | None) -> str:
+def _format_of_text(path: FilePath, named: str | None) -> str:
     first = next((line.lstrip() for _, line in numbered_lines(path) if line.strip()), "")
     if first[:1] in ("{", "["):
         return "nerf"
-    columns = open_table(path).columns(given, w_first=True)
+    columns = open_table(path).columns(named, w_first=True)
     if "r11" in columns and not any(name[0] in "nt" for name in columns):
         return "kitti"
     w_first = "qw" in columns and columns.index("qw") < columns.index("qx")

@@ -86,9 +86,7 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
         it), the `statistic` with its `value`, the `criterion` and the `experiment`. Where nothing
         could tell, `ours` is "not tested".
     """
-    trials = {
-        name: _checked(found) for name, found in experiments.items() if name != SCALE_EXPERIMENT
-    }
+    trials = {name: _checked(one) for name, one in experiments.items() if name != SCALE_EXPERIMENT}
     added = _run_added(experiments[LENGTHS[1]].sweep)
     scale_changes = _scale_changes(experiments[SCALE_EXPERIMENT].sweep)
     rows = []

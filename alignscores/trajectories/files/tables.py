@@ -90,12 +90,12 @@ class Table:
     line: int  # its number
     rows: Lines  # all of them, with the numbers of their lines
 
-    def columns(self, given: str | None = None, *, w_first: bool = False) -> list[str]:
+    def columns(self, named: str | None = None, *, w_first: bool = False) -> list[str]:
         """Return what each column holds."""
         width = len(self.first)
-        names = parse_columns(given) if given else columns_of_header(self.header)
-        if given and len(names) > width:
-            raise self._error(f"has {width} columns, not the {len(names)} of {given!r}")
+        names = parse_columns(named) if named else columns_of_header(self.header)
+        if named and len(names) > width:
+            raise self._error(f"has {width} columns, not the {len(names)} of {named!r}")
         if "x" not in names or len(names) > width:
             self._check_header(len(names))
             names = columns_by_width(self.first, w_first=w_first and self.separator is not None)
