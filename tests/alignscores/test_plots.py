@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from alignscores import evaluate
 from alignscores.histogram import AlignmentScore
 from alignscores.plots import KINDS, MODES, figure_of, score_panel
-from alignscores.trajectories.files import Trajectory, read_kitti
 
 from .conftest import FILES
 
@@ -89,12 +88,6 @@ def test_many_estimates_are_overlaid_and_the_first_ones_named(evaluation):
     assert legend.get_texts()[0].get_text() == names[0]
     assert len(legend.get_texts()) + int(legend.get_title().get_text().split()[1]) == 12
     figure.draw_without_rendering()
-
-
-def test_an_estimate_that_cannot_be_aligned_is_a_figure_too(examples):
-    reference = read_kitti(examples / "kitti/reference.txt")
-    lost = Trajectory(reference.keys, np.full((40, 4, 4), np.nan))
-    figure_of([evaluate(reference, lost)]).draw_without_rendering()
 
 
 def test_an_evaluation_plots_itself_and_saves_its_page(evaluation, tmp_path):

@@ -84,19 +84,3 @@ def test_a_recording_has_what_the_evaluation_has(command, tmp_path, lost):
     np.testing.assert_allclose(drawn + reference[0, :3, 3], reference[~found, :3, 3], atol=1e-6)
     truth, _ = column(entities["/reference/camera"], "Transform3D:translation")
     np.testing.assert_allclose(truth + reference[0, :3, 3], reference[:, :3, 3], atol=1e-6)
-
-
-def test_images_have_a_timeline_of_numbers(command, tmp_path, examples):
-    path = tmp_path / "scores.rrd"
-    files = (examples / f"nerf/{name}.json" for name in ("reference", "estimate"))
-    assert command("nerf", *files, "--save_rrd", path)[0] == 0
-    assert "frame" in read(path)["/reference/camera"]
-
-
-def test_positions_alone_have_points_and_no_camera(command, tmp_path, write):
-    lines = [f"{k} {k**1.5} {k % 3} {k % 5}" for k in range(30)]
-    path, file = tmp_path / "scores.rrd", write(lines)
-    assert command("tum", file, file, "--columns", "t x y z", "--save_rrd", path)[0] == 0
-    entities = read(path)
-    (points,) = (value for name, value in entities.items() if name.endswith("/positions"))
-    assert len(points["Points3D:positions"][0][0]) > 10

@@ -70,10 +70,3 @@ def test_a_table_at_fault_is_named_in_one_line_with_the_remedy(table, tmp_path, 
     found = refused(capsys, tmp_path, OUTLIERS, damaged)
     problem = "was changed, or outliers.json is not its record"
     assert found == f"{damaged} {problem}; delete it and run: snakemake {damaged}"
-
-
-def test_a_place_that_cannot_be_written_to_is_named(tmp_path, capsys):
-    (tmp_path / "file").write_text("no directory")
-    assert main([PATHS, "--output", str(tmp_path / "file" / "paths.pdf")]) == 1
-    problem = f"figures: cannot write {tmp_path / 'file' / 'paths.pdf'}: File exists\n"
-    assert capsys.readouterr() == ("", problem)

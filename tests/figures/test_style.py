@@ -1,9 +1,7 @@
-import matplotlib
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from figures import noise, style
+from figures import style
 
 
 @pytest.mark.parametrize(
@@ -14,21 +12,3 @@ def test_series_are_told_apart_by_lightness(name, count):
     lightness = 116 * np.cbrt(luminance) - 16
     assert (np.diff(lightness) > 6).all()
     assert lightness[-1] < 80  # visible on paper
-
-
-def test_the_users_own_settings_change_nothing_and_are_not_changed(run):
-    trials = run("collinear")
-    default = picture(noise.collinear(trials))
-    own = {"font.size": 30, "lines.linewidth": 9, "axes.grid": False, "axes.facecolor": "red"}
-    with matplotlib.rc_context(own):
-        before = dict(matplotlib.rcParams)
-        figure = noise.collinear(trials)
-        assert dict(matplotlib.rcParams) == before
-    assert np.array_equal(default, picture(figure))
-
-
-@style.applied()
-def picture(figure):
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())

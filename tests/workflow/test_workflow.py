@@ -274,17 +274,6 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(snakemake, tmp_path):
     assert "output: results/trials/beyond_mine/wrong_merge.csv" in done.text
 
 
-def test_another_value_of_an_axis_runs_its_trials_again(snakemake):
-    target = "results/trials/threshold_study/seeds.csv"
-    settings = ["trials=1", "registration_prescreen=[inf]", "registration_n_hypotheses=[10]"]
-    settings += ["n_jobs=1"]
-    assert snakemake(target, "--config", *settings).returncode == 0
-    same = [*settings[:-1], "n_jobs=2", "benchmark=my.yaml"]
-    assert snakemake(target, "--dry-run", "--config", *same).planned == {}
-    other = [*settings, "tas_max_threshold=[0.5,1.5]"]
-    assert snakemake(target, "--dry-run", "--config", *other).planned == {"study_trials": 1}
-
-
 @pytest.mark.slow
 def test_a_killed_run_goes_on_to_the_same_bytes(snakemake, tmp_path):
     """Kill it, workers and all, when one table is there; the names of folders may be anybody's."""

@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from alignscores import compare
 
@@ -24,19 +23,6 @@ def test_to_dict_is_what_the_command_prints(found, patterns, run):
     (failed,) = found.failed
     assert err == f"alignscores: error: {failed}; it counts as a failure\n"
     assert found.problems == []
-
-
-def test_a_mix_up_is_told_of_the_first_run_of_a_system(patterns, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for file in (tmp_path / "helix/c").iterdir():
-        stamped = np.loadtxt(file)
-        turned = Rotation.from_quat(stamped[:, 4:]) * Rotation.from_euler("x", 180, degrees=True)
-        stamped[:, 4:] = turned.as_quat()
-        np.savetxt(file, stamped)
-    notes = compare(*patterns[1:], format=patterns[0]).notes
-    (note,) = [note for note in notes if "as it is" in note]  # which convention fits better
-    assert note.startswith("helix, c, run 0: ")
-    assert "alike" not in note
 
 
 def test_files_and_systems_are_compared_without_patterns(found, tmp_path):

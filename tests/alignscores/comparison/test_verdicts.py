@@ -78,17 +78,6 @@ def test_single_runs_silence_nobody():
     assert ranks(pair | alone) == {"a": (1, 1), "b": (2, 2), "c": None, "d": None}
 
 
-def test_evidence_of_a_pair_does_not_depend_on_other_systems():
-    pair = {"a": on(2, GOOD), "b": on(2, MIXED)}
-    others = {"c": on(2, BAD), "d": on(1, GOOD[:4]), "e": {"t": BAD}}
-
-    def found(systems):
-        (pair,) = (p for p in summed_up(systems).pairs_by("PAS") if {p.a, p.b} == {"a", "b"})
-        return pair.wins, pair.test, vars(pair.difference)
-
-    assert found(pair) == found(pair | others)
-
-
 def test_single_runs_are_compared_on_six_sequences():
     six = {"a": {f"s{k}": [0.5 + 0.01 * k] for k in range(6)}, "b": on(6, [0.4])}
     assert said(six).startswith("a is ahead of b: it wins 100 % of the run pairs on 6 sequences (")

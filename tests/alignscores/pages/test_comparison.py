@@ -183,12 +183,3 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
         chosen = sorted(scored, key=lambda one: one["PAS"])[index]
         assert row[0] == f"{system}, run {chosen['run']}"
         assert row[1:4] == [f"{chosen[name]:.3f}" for name in ("TAS", "RAS", "PAS")]
-
-
-def test_without_a_run_that_was_scored_the_page_says_so(patterns, page, tmp_path):
-    for path in tmp_path.glob("*/*/*.txt"):
-        path.write_text("")
-    text = page(*patterns)
-    assert text.count("<p>No run was scored.</p></figure>") == 2  # errors of each sequence
-    assert "camera by camera</h2><p>No run was scored.</p></section>" in text
-    assert own_pages(text) == {}

@@ -67,21 +67,6 @@ def test_an_orbit_is_a_closed_circle_that_looks_at_its_centre():
     np.testing.assert_allclose(top, np.tile([0, 0, 1], (100, 1)), atol=1e-12)
 
 
-@pytest.mark.parametrize("n", [100, 95])
-def test_a_survey_covers_a_grid_back_and_forth_and_looks_down(n):
-    positions, view, top = path("survey", n)
-    cells = {(x, y) for x, y, _ in positions}
-    assert len(cells) == n
-    assert cells <= {(x, y) for x in range(10) for y in range(10)}
-    assert (positions[:, 2] == 0).all()
-    np.testing.assert_array_equal(view, np.tile([0, 0, -1], (n, 1)))
-    steps = np.diff(positions, axis=0)
-    along = steps[:, 1] == 0
-    assert (~along).sum() == 9  # changes of the line
-    np.testing.assert_array_equal(top[:-1][along], steps[along])  # flies ahead
-    assert {tuple(row) for row in top} == {(1, 0, 0), (-1, 0, 0)}
-
-
 def test_a_car_drives_straight_and_turns_by_right_angles_either_way():
     turns = []
     for seed in range(50):

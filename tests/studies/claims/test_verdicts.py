@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from studies.claims.claims import Criterion, load_claims
-from studies.claims.verdicts import decide, evaluate_claim, populations, statements, verdict
+from studies.claims.verdicts import decide, populations, statements, verdict
 
 CLAIMS = load_claims(3)
 NUMBER = CLAIMS.claims["outliers-range-maa"]  # -74
@@ -81,16 +81,6 @@ def test_the_more_claims_the_less_is_certain():
     assert populations([POWER], [values]) == ["true"]
     assert populations([POWER] * 3, [values] * 3) == ["open"] * 3
     assert populations([POWER] * 2, [values, values + 0.3]) == ["true"] * 2  # Holm steps down
-
-
-def test_movements_count_where_a_claim_says_in_the_range_everywhere():
-    claim = CLAIMS.claims["table1-tas-length"]
-    cells = [(n, sigma) for n in (10, 200) for sigma in (0.01, 0.05, 0.1)]
-    table = pd.DataFrame(cells, columns=["n_cameras", "sigma_t"])
-    table = table.assign(n_outliers=0, sigma_r_deg=3.0)
-    table["TAS"] = table["sigma_t"] * (1 + (table["n_cameras"] == 200))
-    local = replace(claim, at={"sigma_t": [0.05]}, where={})
-    assert evaluate_claim(local, table) == pytest.approx(100 * 0.05 / (0.2 - 0.01))
 
 
 def test_every_reading_has_both_verdicts():
