@@ -53,90 +53,53 @@ def w_first(q):
     return q[:, [3, 0, 1, 2]]
 
 
+def reference(content, *notes, rotations=True, **options):
+    return "reference", content, options, notes, rotations
+
+
+def estimate(content, *notes, rotations=True, **options):
+    return "estimate", content, options, notes, rotations
+
+
 VINS = {"by": ",", "end": ","}
 MCD, CSV = "num,t,x,y,z,qx,qy,qz,qw", "timestamp,x,y,z,qx,qy,qz,qw"
-CASES = {  # which file, its content, options, notes, whether it has rotations
-    "t x y z": ("reference", lambda t, p, q: text(t, p), {}, [NO_RAS], False),
-    "t x y z, an estimate": ("estimate", lambda t, p, q: text(t, p), {}, [NO_EST_RAS], False),
-    "quaternions of zeros": (
-        "reference",
-        lambda t, p, q: text(t, p, zero(q)),
-        {},
-        ["all quaternions are zero", NO_RAS],
-        False,
+COVARIANCES = {"header": "# timestamp(s) tx ty tz qx qy qz qw P"}
+ZEROS, NANS = "0 0 0 0 0 0 0\n", "nan nan nan nan nan nan nan\n"
+CASES = {  # the notes, and whether it has rotations
+    "t x y z": reference(lambda t, p, q: text(t, p), NO_RAS, rotations=False),
+    "t x y z, an estimate": estimate(lambda t, p, q: text(t, p), NO_EST_RAS, rotations=False),
+    "quaternions of zeros": reference(
+        lambda t, p, q: text(t, p, zero(q)), "all quaternions are zero", NO_RAS, rotations=False
     ),
-    "one quaternion throughout": (
-        "reference",
-        lambda t, p, q: text(t, p, same(q)),
-        {},
-        ["all rotations are the same", NO_RAS],
-        False,
+    "one quaternion throughout": reference(
+        lambda t, p, q: text(t, p, same(q)), "all rotations are the same", NO_RAS, rotations=False
     ),
-    "covariances": (
-        "estimate",
-        lambda t, p, q: text(t, p, q, more(q, 12), header="# timestamp(s) tx ty tz qx qy qz qw P"),
-        {},
-        ["read t_seconds x y z qx qy qz qw, not the other 12 of 20 columns"],
-        True,
+    "covariances": estimate(
+        lambda t, p, q: text(t, p, q, more(q, 12), **COVARIANCES),
+        "read t_seconds x y z qx qy qz qw, not the other 12 of 20 columns",
     ),
-    "29 columns": (
-        "reference",
+    "29 columns": reference(
         lambda t, p, q: text(t, p, q, more(q, 21)),
-        {},
-        ["read t x y z qx qy qz qw, not the other 21 of 29 columns"],
-        True,
+        "read t x y z qx qy qz qw, not the other 21 of 29 columns",
     ),
-    "a CSV": (
-        "estimate",
-        lambda t, p, q: text(t, p, q, by=",", header=CSV),
-        {},
-        [],
-        True,
-    ),
-    "comments": ("estimate", lambda t, p, q: text(t, p, q, end=" # tracked"), {}, [], True),
-    "MCD": (
-        "reference",
-        lambda t, p, q: text(np.arange(len(t)), t, p, q, by=",", header=MCD),
-        {},
-        [],
-        True,
-    ),
-    "9 columns": (
-        "reference",
+    "a CSV": estimate(lambda t, p, q: text(t, p, q, by=",", header=CSV)),
+    "comments": estimate(lambda t, p, q: text(t, p, q, end=" # tracked")),
+    "MCD": reference(lambda t, p, q: text(np.arange(len(t)), t, p, q, by=",", header=MCD)),
+    "9 columns": reference(
         lambda t, p, q: text(np.arange(len(t)), t, p, q),
-        {"ref_columns": f"- {POSE}"},
-        ["not the other 1 of 9 columns"],
-        True,
+        "not the other 1 of 9 columns",
+        ref_columns=f"- {POSE}",
     ),
-    "nanoseconds": (
-        "estimate",
-        lambda t, p, q: text(t * 1e9, p, q),
-        {},
-        ["time stamps in nanoseconds, as their size shows"],
-        True,
+    "nanoseconds": estimate(
+        lambda t, p, q: text(t * 1e9, p, q), "time stamps in nanoseconds, as their size shows"
     ),
-    "VINS": ("estimate", lambda t, p, q: text(t * 1e9, p, w_first(q), **VINS), {}, [], True),
-    "w first": (
-        "estimate",
-        lambda t, p, q: text(t, p, w_first(q)),
-        {"est_columns": "t x y z qw qx qy qz"},
-        [],
-        True,
+    "VINS": estimate(lambda t, p, q: text(t * 1e9, p, w_first(q), **VINS)),
+    "w first": estimate(lambda t, p, q: text(t, p, w_first(q)), est_columns="t x y z qw qx qy qz"),
+    "a lost frame of zeros": estimate(
+        lambda t, p, q: text(t, p, q) + f"{t[-1] + 0.05:.6f} {ZEROS}",
+        "1 pose has a quaternion of zeros: not estimated",
     ),
-    "a lost frame of zeros": (
-        "estimate",
-        lambda t, p, q: text(t, p, q) + f"{t[-1] + 0.05:.6f} 0 0 0 0 0 0 0\n",
-        {},
-        ["1 pose has a quaternion of zeros: not estimated"],
-        True,
-    ),
-    "NaN in the reference": (
-        "reference",
-        lambda t, p, q: text(t, p, q) + f"{t[-1] + 9} nan nan nan nan nan nan nan\n",
-        {},
-        [],
-        True,
-    ),
+    "NaN in the reference": reference(lambda t, p, q: text(t, p, q) + f"{t[-1] + 9} {NANS}"),
 }
 
 
