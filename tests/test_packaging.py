@@ -76,7 +76,8 @@ def archive(tmp_path_factory):
 def source(archive, tmp_path):
     """The source archive, unpacked in no plain folder."""
     with tarfile.open(archive) as file:
-        file.extractall(tmp_path / "größter Ordner", filter="data")
+        file.extraction_filter = getattr(tarfile, "data_filter", None)  # since Python 3.11.4
+        file.extractall(tmp_path / "größter Ordner")
     (source,) = (tmp_path / "größter Ordner").iterdir()
     return source
 
