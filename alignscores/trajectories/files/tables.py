@@ -130,7 +130,7 @@ class Table:
             )
             if values.shape[1] == len(columns):
                 return values, source
-        # Line by line takes longer, but finds the malformed line.
+        # Line by line takes longer, but reads empty fields and names a malformed line.
         return np.array([self._row(number, text, columns) for number, text in rows]), source
 
     def _row(self, number: int, text: str, columns: Sequence[int]) -> list[float]:
