@@ -1,3 +1,6 @@
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from experiments.tables import TableError
@@ -24,3 +27,12 @@ def test_noise_that_does_not_rise_together_is_refused(run):
     trials = run("maa_vs_pas_outliers", *levels, "n_outliers=[0]", "noise=product")
     with pytest.raises(TableError, match="varies sigma_t and sigma_r_deg independently"):
         Curves(trials, ("mAA", "PAS"), "n_outliers", ("sigma_t", "sigma_r_deg"))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, "broken"])
+def test_values_that_are_no_numbers_are_refused(run, value):
+    trials = run("outliers")
+    table = trials.table.astype({"TAS": object})
+    table.loc[7, "TAS"] = value
+    with pytest.raises(TableError, match="values of TAS that are not finite"):
+        noise.outliers(replace(trials, table=table))

@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 
+import pandas as pd
 import pytest
 
 from report.__main__ import main
@@ -106,3 +107,12 @@ def test_a_missing_file_is_named_in_one_line(results, name, capsys):
     (line,) = capsys.readouterr().err.splitlines()
     assert f"{name} does not exist" in line
     assert not html.exists()
+
+
+def test_an_undefined_statistic_has_no_number(results, make_page):
+    table = pd.read_csv(results / "claims.csv")
+    table.loc[0, ["ours", "low", "high"]] = None
+    table.to_csv(results / "claims.csv", index=False)
+    page = make_page(results)
+    assert "– τ [–, –]" in text_of(page.find(id=f"claim-{table['id'][0]}"))
+    assert "nan" not in text_of(page.find(id="claims"))

@@ -1,6 +1,8 @@
 """The studies, and the settings of their tables."""
 
-from experiments.config import experiment_names, load_sweep
+import pytest
+
+from experiments.config import ConfigError, experiment_names, load_sweep
 from studies import paper
 from studies.study import find_studies
 
@@ -17,3 +19,9 @@ def test_the_studies_have_the_order_of_the_report():
     assert list(find_studies()) == [
         *("paper", "claims", "head_to_head", "threshold_study", "beyond", "real"),
     ]
+
+
+def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it():
+    settings = r"experiment=collinear volume_per_camera=0\.1"
+    with pytest.raises(ConfigError, match=rf"'volume_per_camera' applies to .* \({settings}\)$"):
+        paper.load_experiment(paper.plan(["volume_per_camera=0.1"])["collinear"])

@@ -6,6 +6,7 @@ import os
 import numpy as np
 import pytest
 
+from alignscores import compare as library_compare
 from alignscores import pas, ras_profile, tas_profile
 from alignscores.trajectories.files import read_tum
 
@@ -107,3 +108,15 @@ def test_a_distance_that_no_run_is_given_is_no_failure(benchmark_of, compare, tm
     assert entries["a", "helix"]["PAS"] == pytest.approx(
         2 / 3 * entries["a", "helix"]["PAS_scored"]
     )
+
+
+def test_time_that_no_run_of_a_sequence_covers_is_one_note(benchmark_of, tmp_path, monkeypatch):
+    """On one no run has the last 4 s, on the other a single one does."""
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.5), "b": (0.1, 1.0, 1, 0.5)}, n=100)
+    benchmark_of({"b": (0.1, 1.0, 1, 0.0)}, ["car"], runs=1, n=100)
+    monkeypatch.chdir(tmp_path)
+    notes = library_compare(*patterns[1:], format="tum").notes
+    (note,) = (note for note in notes if "no estimate covers" in note)
+    assert note.startswith("helix: no estimate covers the last 4.0 s of the reference; --t_end 5.9")
+    notes = library_compare(*patterns[1:], format="tum", missing="ignore").notes
+    assert not any("no estimate covers" in note for note in notes)

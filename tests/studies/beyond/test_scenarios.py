@@ -67,3 +67,9 @@ def test_a_file_at_fault_is_named_in_one_line(tmp_path, text, named):
     assert named in str(caught.value)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path):
+    path = write(tmp_path, "scenarios: {a: {}}", "my study.yaml")
+    with pytest.raises(ConfigError, match="the name 'beyond_my study' may have letters"):
+        plan([f"scenarios={path}"])
