@@ -1,6 +1,7 @@
 """Half-score distance and angle: the smallest range of thresholds that reaches a score."""
 
 import warnings
+from bisect import bisect_left
 from collections.abc import Callable
 from math import floor, inf, nan
 from typing import TYPE_CHECKING
@@ -228,8 +229,8 @@ def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> flo
     """Return the smallest number at which the score of sorted errors is reached, to the last bit.
 
     Error e falls below threshold k of K at the unit u = e K / k, and the score counts these steps.
-    It is at most 1/K above the score with infinitely many thresholds, and never below, so the last
-    step lies between the units of these two.
+    It is at most 1/K above the score with infinitely many thresholds, and never below, so the
+    number lies between the units of these two.
     """
     _check_score(score)
     if sorted_errors[sorted_errors < inf].max(initial=0.0) > FARTHEST_SUMMABLE:
@@ -247,11 +248,9 @@ def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> flo
         frequency = int(sorted_errors.searchsorted(_float(bits) * steps).sum())
         return frequency / (n_thresholds * n) >= score
 
+    # Positive floats have the order of their bits.
     low, high = _bits(lowest * (1 - MARGIN)), _bits(highest * (1 + MARGIN))
-    while high - low > 1:  # positive floats have the order of their bits
-        middle = (low + high) // 2
-        low, high = (low, middle) if reached(middle) else (middle, high)
-    return _float(high)
+    return _float(low + bisect_left(range(low, high), True, key=reached))
 
 
 def _bits(value: float) -> int:

@@ -201,10 +201,7 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
     panels = part.subplots(2, 2)
     unit = scored[0].settings.form.unit
     for axes, word, name in zip(panels[0], (unit, "deg"), ("TAS", "RAS"), strict=True):
-        results = [
-            evaluation.result.tas if name == "TAS" else evaluation.result.ras
-            for evaluation in scored
-        ]
+        results = [one.result.tas if name == "TAS" else one.result.ras for one in scored]
         axes.set_xlabel(f"threshold [{word}]")
         if len(results) == 1:
             (only,) = results
@@ -217,7 +214,7 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
             axes.plot(result.thresholds, shares, clip_on=False, linewidth=1.3, **line)
         axes.set(xlim=(0, None), ylim=(0, 1), ylabel="share of frames below")
     for column, word, name in ((0, unit, "TAS"), (1, "deg", "RAS")):
-        profiles = [evaluation.profiles[column] for evaluation in scored]
+        profiles = [one.profiles[column] for one in scored]
         _draw_profiles(panels[1, column], profiles, f"largest threshold of the {name} [{word}]")
     _add_legend(panels[1, 0], scored)
 

@@ -19,10 +19,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog="snakemake report computes all that the page needs, and writes it",
     )
     parser.add_argument("results", type=Path, metavar="RESULTS", help="the folder of all results")
-    settings_help = "what snakemake --config was given: the page shows the command"
-    parser.add_argument(
-        "--settings", nargs="*", default=[], metavar="key=value", help=settings_help
-    )
+    text = "what snakemake --config was given: the page shows the command"
+    parser.add_argument("--settings", nargs="*", default=[], metavar="key=value", help=text)
     parser.add_argument("--output", type=Path, required=True, metavar="HTML")
     return run_command(parser, _work, arguments)
 

@@ -147,10 +147,8 @@ def order_change_size(
     after: Where,
 ) -> float:
     """Change, up or down, of the probability of the right order from some cells to others."""
-    percentages = (
-        order_percentages(select(trials, where), metric, level) for where in (after, before)
-    )
-    now, then = map(SUMMARIES[take], percentages)
+    shares = (order_percentages(select(trials, where), metric, level) for where in (after, before))
+    now, then = map(SUMMARIES[take], shares)
     return float(abs(now - then))
 
 

@@ -358,12 +358,10 @@ def _notes_of_sequences(runs: Sequence[tuple[Run, Outcome]]) -> list[tuple[str, 
     """Return sequence and text of the notes that are about all of its runs."""
     notes: list[tuple[str, str]] = []
     for sequence in dict.fromkeys(run.sequence for run, _ in runs):
-        timed = [
-            outcome for run, outcome in runs if run.sequence == sequence and len(outcome.stamps)
-        ]
-        covered = [outcome.statuses != LOST for outcome in timed]
-        of_all = ends_notes([outcome.stamps for outcome in timed], covered)
-        of_all += chance_notes([outcome.chance for outcome in timed])
+        timed = [one for run, one in runs if run.sequence == sequence and len(one.stamps)]
+        covered = [one.statuses != LOST for one in timed]
+        of_all = ends_notes([one.stamps for one in timed], covered)
+        of_all += chance_notes([one.chance for one in timed])
         notes += [(sequence, str(note)) for note in of_all]
     return notes
 

@@ -61,10 +61,8 @@ def in_memory(reference: Any, estimate: Any, times: Any = None) -> tuple[Any, An
             "times need two arrays of poses; files and Trajectory have their own stamps"
         )
     stamps = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
-    for (name, poses), stamps_of_one in zip(arrays.items(), stamps, strict=False):
-        keys = (
-            np.arange(len(poses)) if stamps_of_one is None else real_array(stamps_of_one, "times")
-        )
+    for (name, poses), own in zip(arrays.items(), stamps, strict=False):
+        keys = np.arange(len(poses)) if own is None else real_array(own, "times")
         both[name] = checked(Trajectory(keys, poses), name)
     trajectories = [read_colmap(value) if is_model(value) else value for value in both.values()]
     return trajectories[0], trajectories[1]

@@ -203,9 +203,9 @@ def convention(evaluation: Evaluation) -> Note | None:
         return Note("inverted rotations", f"{text}{frame} ({gain})", "transpose them in the file")
     if mistakes.quaternions_shifted:
         text = f"the quaternions seem to have w at the wrong end ({gain})"
-        return Note(
-            "quaternions", text, "name their order, as in --est_columns 't x y z qw qx qy qz'"
-        )
+        columns = "name their order, as in --est_columns 't x y z qw qx qy qz'"
+        remedy = columns if settings.est_form.tables else "reorder them in the file"
+        return Note("quaternions", text, remedy)
     if mistakes.mirrored:
         text = "the positions fit the mirror image of the reference, as in a left-handed frame"
         return Note("mirrored", text, "correct the export: no rotation corrects it")

@@ -41,9 +41,9 @@ def style(index: int) -> str:
 
 def forest(pairs: Sequence[Pair], by: str, names: Mapping[str, str]) -> str:
     """Draw the difference of each pair of systems, with its interval where it is significant."""
-    with_interval = [pair for pair in pairs if math.isfinite(pair.difference.value)]
-    with_interval.sort(key=lambda pair: not pair.tested)
-    shown = [vars(p.difference) if p.better else {"": p.difference.value} for p in with_interval]
+    with_difference = [pair for pair in pairs if math.isfinite(pair.difference.value)]
+    with_difference.sort(key=lambda pair: not pair.tested)
+    shown = [vars(p.difference) if p.better else {"": p.difference.value} for p in with_difference]
     ends = [end for one in shown for end in one.values() if math.isfinite(end)]
     low, high = _widened(min([0.0, *ends]), max([0.0, *ends]))
 
@@ -51,9 +51,9 @@ def forest(pairs: Sequence[Pair], by: str, names: Mapping[str, str]) -> str:
         return RIGHT + (WIDTH - 2 * RIGHT) * (value - low) / (high - low)
 
     row = 2 * ROW
-    bottom = row * len(with_interval)
+    bottom = row * len(with_difference)
     marks = [f'<path class="rule" d="M{across(0):.1f} 0V{bottom}"/>']
-    for index, pair in enumerate(with_interval):
+    for index, pair in enumerate(with_difference):
         gain, y = pair.difference, row * index + 32
         said = p_text(pair.p) if pair.tested else "not tested"
         text = f"{names[pair.a]} − {names[pair.b]}: wins {pair.wins:.0%}, {said}"
@@ -67,7 +67,7 @@ def forest(pairs: Sequence[Pair], by: str, names: Mapping[str, str]) -> str:
     marks += _ticks(low, high, across, bottom)
     spoken = "; ".join(
         f"{names[p.a]} − {names[p.b]} {difference_text(p.difference, p.better is not None)}"
-        for p in with_interval
+        for p in with_difference
     )
     return _svg(bottom + 20, marks, f"Differences in {by}. {spoken}")
 

@@ -206,11 +206,9 @@ def _expected_rows(ref_stamps: Floats, timing: Timing) -> tuple[Indices, Floats]
     rows = rows[timing.includes(ref_stamps[rows])]
     if len(rows) == 0:
         limits = {"t_start": timing.t_start, "t_end": timing.t_end}
-        limits_text = " and ".join(
-            f"{name} {at:.6f} s" for name, at in limits.items() if at is not None
-        )
+        shown = " and ".join(f"{name} {at:.6f} s" for name, at in limits.items() if at is not None)
         raise ValueError(
-            f"no reference pose is expected with {limits_text}: the reference goes from "
+            f"no reference pose is expected with {shown}: the reference goes from "
             f"{ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s"
         )
     return rows, without_reference

@@ -86,16 +86,14 @@ class Convention:
 
     def __str__(self) -> str:
         frame = "" if self.body_rotation is None else describe_rotation(self.body_rotation)
-        sentences = {
+        texts = {
             "the estimated poses are world-to-camera": self.inverted,
             "the estimated rotations are world-to-camera": self.rotations_inverted,
             "the quaternions have w at the wrong end": self.quaternions_shifted,
             f"the camera frame is rotated: {frame}": frame,
             "the estimated positions are mirrored": self.mirrored,
         }
-        return (
-            "; ".join(text for text, holds in sentences.items() if holds) or "no mistake is found"
-        )
+        return "; ".join(text for text, holds in texts.items() if holds) or "no mistake is found"
 
 
 def find_convention(gt_poses: Floats, est_poses: Floats, *, quaternions: bool = True) -> Convention:

@@ -74,5 +74,5 @@ def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
     return needed
 
 
-def _levels(of_cells: Sequence[Cell], key: str) -> set[float]:
-    return {getattr(cell, key) for cell in of_cells}
+def _levels(needed: Sequence[Cell], key: str) -> set[float]:
+    return {getattr(cell, key) for cell in needed}

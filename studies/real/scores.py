@@ -140,21 +140,16 @@ def _rows(
     return rows
 
 
-def _values(evaluation: Evaluation) -> dict[str, float | None]:
+def _values(scored: Evaluation) -> dict[str, float | None]:
     """Return the value of each metric; none where it has none, infinite where it is."""
-    metrics = {"half_distance": evaluation.half_distance, **evaluation.metrics}
-    values = {
-        name: metrics.get(name, evaluation.value(name)) for name in evaluation.settings.metrics
-    }
-    gt, est = _poses(evaluation)
+    metrics = {"half_distance": scored.half_distance, **scored.metrics}
+    values = {name: metrics.get(name, scored.value(name)) for name in scored.settings.metrics}
+    gt, est = _poses(scored)
     return {**values, **{name: function(gt, est) for name, function in BASELINES.items()}}
 
 
-def _poses(evaluation: Evaluation) -> tuple[Floats, Floats]:
+def _poses(scored: Evaluation) -> tuple[Floats, Floats]:
     """Return the reference's and the estimated poses, each estimated one once."""
-    gt, est = (
-        evaluation.matches.pose_references,
-        evaluation.estimate.poses[evaluation.matches.pose_rows],
-    )
+    gt, est = scored.matches.pose_references, scored.estimate.poses[scored.matches.pose_rows]
     finite = finite_rows(est)
     return gt[finite], est[finite]

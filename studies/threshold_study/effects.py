@@ -116,9 +116,11 @@ def _of_axis(axis: Axis, parts: Parts) -> pd.DataFrame:
     table = pd.DataFrame(rows, index=axis.values, dtype=object)
     for name, effect in EFFECTS.items():
         trials = parts[effect.part]
-        row = {value: _resampled(effect, trials, column) for value, column in axis.columns.items()}
-        for value, numbers in row.items():
-            difference, *others = numbers - row[axis.paper]
+        samples = {
+            value: _resampled(effect, trials, column) for value, column in axis.columns.items()
+        }
+        for value, numbers in samples.items():
+            difference, *others = numbers - samples[axis.paper]
             has_error = value != axis.paper and trials["trial"].nunique() > 1
             error = float(np.std(others, ddof=1)) if has_error else np.nan
             p_value = Order(float(difference), error).p_value if np.isfinite(error) else np.nan

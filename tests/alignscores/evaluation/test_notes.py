@@ -153,6 +153,18 @@ def test_the_score_of_a_camera_that_never_moves(stands):
         assert f"never moves would have a TAS of {chance:.2f}" in found.notes[0].text
 
 
+def test_quaternions_with_w_at_the_wrong_end(run, score, lines, write):
+    """The note names the option that reads them."""
+    fields = [line.split() for line in lines]
+    path = write([" ".join([*field[:4], field[7], *field[4:7]]) for field in fields])
+    files = *TUM[:2], path, "--est_format", "tum"
+    assert "w at the wrong end" in (err := run(*files)[2])
+    columns = "t x y z qw qx qy qz"
+    assert f"; name their order, as in --est_columns '{columns}'\n" in err
+    (mended,), (honest,) = score(*files, "--est_columns", columns), score(*TUM)
+    assert mended["RAS"] == honest["RAS"]
+
+
 def test_clocks_of_positions_alone_are_compared_by_speeds():
     """Of a camera that stands there is nothing to compare."""
     poses = TRUTH.poses.copy()
