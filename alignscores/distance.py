@@ -94,7 +94,7 @@ def tas_distance(
 
     References
     ----------
-    ``docs/explanation/profiles.md``. Not in the paper.
+    ``docs/explanation/scores.md``. Not in the paper.
 
     Examples
     --------
@@ -174,7 +174,7 @@ def ras_angle(
 
     References
     ----------
-    ``docs/explanation/profiles.md``. Not in the paper.
+    ``docs/explanation/scores.md``. Not in the paper.
 
     Examples
     --------

@@ -169,7 +169,7 @@ def tas_profile(
 
     References
     ----------
-    ``docs/explanation/profiles.md``. Not in the paper.
+    ``docs/explanation/scores.md``. Not in the paper.
 
     Examples
     --------
@@ -249,7 +249,7 @@ def ras_profile(
 
     References
     ----------
-    ``docs/explanation/profiles.md``. Not in the paper.
+    ``docs/explanation/scores.md``. Not in the paper.
 
     Examples
     --------

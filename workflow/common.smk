@@ -85,7 +85,7 @@ def digest_of_replicate(number):
 
 
 def memory(wildcards, threads):
-    """Return twice the megabytes that were measured (docs/how-to/cluster.md)."""
+    """Return twice the megabytes that were measured (docs/how-to/parameter-study.md)."""
     return 600 + 300 * threads + sweep.trials
 
 

@@ -119,7 +119,7 @@ def test_the_mask_says_what_is_a_camera(scenes, metric_of):
 
 
 def test_the_training_loop_on_the_page_learns(metric_of, capsys):
-    page = Path(__file__).parents[2] / "docs/how-to/batches.md"
+    page = Path(__file__).parents[2] / "docs/how-to/python.md"
     (code,) = re.findall(r"^```py\n(.*?)^```$", page.read_text(), re.M | re.S)
     exec(code, {"__name__": "page"})
     first, *_, last = map(float, re.findall(r"TAS ([\d.]+)", capsys.readouterr().out))
