@@ -1,12 +1,9 @@
-"""What all test modules share: reference values, Hypothesis' settings, and a browser."""
+"""What all test modules share: reference values, levels, and Hypothesis' settings."""
 
 import json
 import os
-import shutil
-import subprocess
 import sys
 from collections.abc import Mapping
-from copy import deepcopy
 from dataclasses import dataclass
 from importlib.abc import MetaPathFinder
 from pathlib import Path
@@ -43,39 +40,6 @@ OF_LEVELS = {  # folders and files, as in README.md
     ),
 }
 LEVELS = {Path(path): level for level, paths in OF_LEVELS.items() for path in paths}
-
-BROWSERS = (
-    "chromium",
-    "chromium-browser",
-    "google-chrome",
-    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
-)
-# Root, and most containers, cannot have the sandbox; the pages are the project's own.
-FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run"
-FLAGS += " --disable-background-networking --disable-component-update --disable-extensions"
-FLAGS += " --disable-sync --window-size=1280,900 --remote-debugging-pipe"
-# Ten seconds that pass as fast as scripts and frames have something to do or to load.
-CLOCK = {"policy": "pauseIfNetworkFetchesPending", "budget": 10_000}
-CLOCK |= {"maxVirtualTimeTaskStarvationCount": 9999}
-RUN_OUT = "Emulation.virtualTimeBudgetExpired"
-COMPLAINTS = {"Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"}
-# The result of a script is stored next to the page, which may go on drawing.
-TELL = """
-const tell = (outcome) => { document.told = JSON.stringify(outcome); };
-"""
-TOLD = "document.told"
-# A window has a least width, a frame has not; each tells the page around it.
-FRAMES = """<!DOCTYPE html><html><body>{frames}<script>
-{tell}
-const told = {{}};
-addEventListener("message", (event) => {{
-  const frames = [...document.querySelectorAll("iframe")];
-  const frame = frames.find((each) => each.contentWindow === event.source);
-  told[frame.width] = event.data;
-  if (Object.keys(told).length === frames.length) tell(told);
-}});
-</script></body></html>
-"""
 
 # The processes that run tests in parallel inherit it, and the programs that they start: further
 # threads of BLAS would only spin until a core is free.
@@ -149,115 +113,3 @@ def reference_case(request, reference_cases):
     if request.param not in reference_cases:
         pytest.skip(f"{request.param} is not in {REFERENCE[0].name}")
     return reference_cases[request.param]
-
-
-class Browser:
-    """Chromium or Chrome without a window, started once: pages follow each other in one tab.
-
-    It takes messages of the Chrome DevTools Protocol from a pipe and answers through another.
-    """
-
-    def __init__(self, program, new_folder):
-        self.new_folder = new_folder
-        self.told: dict[tuple[str, str, str], Any] = {}
-        self.events: list[Any] = []  # since the page was opened
-        self.number, self.unread = 0, b""
-        folder = new_folder("browser")
-        theirs, self.requests = os.pipe()
-        self.answers, their_answers = os.pipe()
-        flags = [*FLAGS.split(), f"--user-data-dir={folder / 'profile'}"]
-        self.process = subprocess.Popen(
-            ["bash", "-c", f'exec "$@" 3<&{theirs} 4>&{their_answers}', "", program, *flags],
-            pass_fds=(theirs, their_answers),
-            stderr=subprocess.DEVNULL,
-            env=os.environ | {"HOME": str(folder)},
-        )
-        os.close(theirs)
-        os.close(their_answers)
-        self.tab: dict[str, str] = {}
-        target = self._ask("Target.createTarget", url="about:blank")
-        self.tab = self._ask("Target.attachToTarget", flatten=True, **target)
-        for domain in ("Page", "Runtime", "Log"):
-            self._ask(f"{domain}.enable")
-
-    def close(self):
-        """End it."""
-        self.process.kill()
-        self.process.wait()
-        os.close(self.requests)
-        os.close(self.answers)
-
-    def run(self, html, script, fragment=""):
-        """Open a page, run a script at its end, and return what it passes to ``tell``.
-
-        The same page with the same script is opened once.
-        """
-        key = html, script, fragment
-        if key not in self.told:
-            path = _write(self.new_folder("browser") / "page.html", html, TELL + script)
-            self.told[key] = self._open(path, fragment)
-        return deepcopy(self.told[key])
-
-    def run_at_widths(self, html, script, widths):
-        """Do so on screens of some widths, down to a phone's."""
-        folder = self.new_folder("browser")
-        tell = 'const tell = (outcome) => parent.postMessage(outcome, "*");'
-        _write(folder / "page.html", html, tell + script)
-        frames = "".join(
-            f'<iframe width="{w}" height="800" src="page.html"></iframe>' for w in widths
-        )
-        (folder / "frames.html").write_text(FRAMES.format(frames=frames, tell=TELL))
-        return {int(width): told for width, told in self._open(folder / "frames.html").items()}
-
-    def _open(self, path, fragment=""):
-        """Open a page, let its clock run out, and return what it has told."""
-        self._ask("Emulation.setVirtualTimePolicy", policy="pause")
-        self.events.clear()
-        self._ask("Page.navigate", url=path.as_uri() + fragment)
-        self._ask("Emulation.setVirtualTimePolicy", **CLOCK)
-        while not any(event["method"] == RUN_OUT for event in self.events):
-            self.events.append(self._read())
-        found = self._ask("Runtime.evaluate", expression=TOLD)["result"].get("value")
-        assert [event for event in self.events if event["method"] in COMPLAINTS] == []
-        assert found is not None, "the script has told nothing"
-        return json.loads(found)
-
-    def _ask(self, method, **parameters):
-        """Send a message, and return what is answered to it."""
-        self.number += 1
-        message = {"id": self.number, "method": method, "params": parameters, **self.tab}
-        os.write(self.requests, json.dumps(message).encode() + b"\0")
-        while (answer := self._read()).get("id") != self.number:
-            self.events.append(answer)
-        assert "error" not in answer, answer
-        return answer["result"]
-
-    def _read(self):
-        """Wait for the next message, an answer or an event; each ends in a zero."""
-        while b"\0" not in self.unread:
-            piece = os.read(self.answers, 1 << 20)
-            assert piece, "the browser has ended"
-            self.unread += piece
-        message, _, self.unread = self.unread.partition(b"\0")
-        return json.loads(message)
-
-
-def _write(path, html, script):
-    before, body, after = html.rpartition("</body>")
-    assert body
-    path.write_text(f"{before}<script>{script}</script>{body}{after}", encoding="utf-8")
-    return path
-
-
-@pytest.fixture(scope="session")
-def browser(tmp_path_factory):
-    """The browser; without one the test is skipped, but where CI is true it fails."""
-    program = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if program is None:
-        reason = "no Chromium or Chrome on this machine"
-        if os.environ.get("CI") == "true":
-            pytest.fail(f"{reason}, and with CI=true no browser test may be skipped")
-        pytest.skip(reason)
-    browser = Browser(program, tmp_path_factory.mktemp)
-    yield browser
-    browser.close()

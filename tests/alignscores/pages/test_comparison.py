@@ -78,38 +78,25 @@ def test_errors_over_time_have_gaps_and_a_band_a_run(benchmark_of, page, tmp_pat
     assert ">12 s</text>" in text
 
 
-DRIVER = """
-const buttons = [...document.querySelectorAll("thead button")];
-const first = () => document.querySelector("#overall tbody th").textContent;
-const found = [first()];
-for (let press = 0; press < 2; press++) { buttons[3].click(); found.push(first()); }
-found.push(buttons[3].parentElement.getAttribute("aria-sort"));
-const shown = [...document.querySelectorAll("td, svg")];
-const right = Math.max(...shown.map((one) => one.getBoundingClientRect().right));
-found.push(document.documentElement.scrollWidth <= innerWidth && right <= innerWidth);
-tell(found);
-"""
-
-
-@pytest.mark.parametrize("width", [390, 1280])
-def test_tables_are_sorted_and_nothing_is_cut(patterns, page, tmp_path, browser, width):
+def test_tables_are_sorted_and_no_wider_than_the_screen(patterns, page, tmp_path, browse):
     (tmp_path / "b.yaml").write_text(YAML)
-    (told,) = browser.run_at_widths(page("b.yaml"), DRIVER, (width,)).values()
-    assert told == ["<A>", "<A>", "c", "ascending", True]
-
-
-SLIDERS = """
-const text = (cell) => cell.textContent;
-const rows = [...document.querySelectorAll("#scores tr")];
-const texts = rows.map((row) => [...row.cells].slice(1).map(text));
-const scores = texts.map((cells) => cells.map(Number));
-const names = rows.map((row) => text(row.cells[0]));
-tell({ names, texts, scores, setting: text(document.getElementById("setting")) });
-"""
+    shown = browse(page("b.yaml"))
+    first, button = shown.locator("#overall tbody th").first, shown.locator("thead button").nth(3)
+    order = [first.inner_text()]
+    for _ in range(2):
+        button.click()
+        order.append(first.inner_text())
+    assert order == ["<A>", "<A>", "c"]
+    assert button.locator("..").get_attribute("aria-sort") == "ascending"
+    for width in (1280, 390):
+        shown.set_viewport_size({"width": width, "height": 900})
+        assert shown.evaluate("document.documentElement.scrollWidth") <= width
+        boxes = [one.bounding_box() for one in shown.locator("td:visible, svg:visible").all()]
+        assert max(box["x"] + box["width"] for box in boxes) <= width
 
 
 @pytest.mark.parametrize("options", [{}, {"threshold": 0.35, "degrees": 2.5, "weight": 0.2}])
-def test_scores_at_other_thresholds(patterns, run, compare, tmp_path, browser, options):
+def test_scores_at_other_thresholds(patterns, run, compare, tmp_path, browse, options):
     """They are those of the command with these, as the paper's registration depends on none."""
     settings = "--registration", "pcr99", "--repeat", 1
     run(*patterns, *settings, "--html", "page.html")
@@ -119,15 +106,17 @@ def test_scores_at_other_thresholds(patterns, run, compare, tmp_path, browser, o
     systems = compare(*patterns, *settings, *given)["systems"]
     chosen = "&".join(f"{key}={value}" for key, value in options.items())
     for index, sequence in ((-1, None), (1, "helix"), (0, "car")):
-        told = browser.run(html, SLIDERS, f"#sequence={index}&{chosen}")
+        shown = browse(html, f"#sequence={index}&{chosen}")
+        rows = [row.split("\t") for row in shown.locator("#scores").inner_text().splitlines()]
+        scores = {name: list(map(float, cells)) for name, *cells in rows}
         entries = [one for one in systems if one["sequence"] == sequence]
-        assert set(told["names"]) == {one["system"] for one in entries}
+        assert set(scores) == {one["system"] for one in entries}
         for one in entries:
-            found = told["scores"][told["names"].index(one["system"])]
             expected = [one[name] for name in ("TAS", "RAS", "PAS")]
             assert 0 < min(expected) < max(expected) < 1
-            assert found == pytest.approx(expected, abs=0.0018)  # and three digits
-        assert told["setting"].endswith("not as in the run." if options else ": as in the run.")
+            assert scores[one["system"]] == pytest.approx(expected, abs=0.0018)  # and three digits
+        ending = "not as in the run." if options else ": as in the run."
+        assert shown.locator("#setting").inner_text().endswith(ending)
 
 
 def own_pages(text):
@@ -137,32 +126,7 @@ def own_pages(text):
     return dict(zip(options, map(json.loads, data), strict=True))
 
 
-FRAMED = """<script>
-const rows = [...document.querySelectorAll("#rows tr")];
-const table = rows.map((row) => [...row.cells].map((cell) => cell.textContent.trim()));
-const isRun = document.getElementById("reset").disabled;
-parent.postMessage([document.title, isRun, table], "*");
-window.setTimeout = (call) => call(); // the browser does not wait for a frame's clock
-document.getElementById("scene").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
-</script></body>"""
-
-# At the beginning of the page around it, since the frame may speak before the page has ended.
-LISTENING = """<body><script>
-const heard = [];
-addEventListener("message", ({ data }) => heard.push(data));
-</script>"""
-# At its end. With nothing to do the browser lets its clock run out, though the frame still loads.
-AROUND = """
-const busy = new MessageChannel();
-busy.port1.onmessage = () => {
-  if (heard.length < 2) busy.port2.postMessage(0);
-  else setTimeout(() => tell([...heard.find(Array.isArray), location.hash]), 300);
-};
-busy.port2.postMessage(0);
-"""
-
-
-def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, browser):
+def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, browse):
     """The one in the middle, of two the lesser one; of sequences of which any was scored."""
     for system in ("a_b", "c"):
         for file in (tmp_path / "helix" / system).iterdir():
@@ -170,13 +134,13 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
     run(*patterns, "--html", "page.html")
     text = (tmp_path / "page.html").read_text()
     assert list(own_pages(text)) == ["car"]
-    end, script = (json.dumps(one)[1:-1].replace("<", r"\u003c") for one in ("</body>", FRAMED))
-    assert text.count(end) == 1
-    assert text.count("<body>") == 1
-    around = text.replace(end, script).replace("<body>", LISTENING)
-    title, is_run, table, address = browser.run(around, AROUND, "#view=turn%3D10")
-    assert address == "#view=turn%3D5"  # as the frame's own cannot be shared
-    assert (title, is_run) == ("car: one run of each system", True)
+    page = browse(text, "#view=turn%3D10")
+    frame = page.frame_locator("iframe")
+    frame.locator("#scene").press("ArrowLeft")
+    page.wait_for_url("**#view=turn%3D5")  # as the frame's own cannot be shared
+    assert frame.locator("title").inner_text() == "car: one run of each system"
+    assert frame.locator("#reset").is_disabled()
+    table = [row.strip().split("\t") for row in frame.locator("#rows").inner_text().splitlines()]
     results = [one for one in compare(*patterns)["results"] if one["sequence"] == "car"]
     for row, (system, index) in zip(table, (("a_b", 1), ("c", 0)), strict=True):
         scored = [one for one in results if (one["system"], one["status"]) == (system, "scored")]

@@ -15,16 +15,15 @@ from ..conftest import FILES
 TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
 # Each camera of the reference has the pose of its own stamp, or none.
 AT_STAMPS = "--sync", "nearest", "--max_gap", "0"
-READ = """
-const text = (id) => document.getElementById(id).textContent;
-const all = (selector) => [...document.querySelectorAll(selector)];
-const read = () => ({
-  table: all("#rows tr").map((row) => [...row.cells].map((cell) => cell.textContent.trim())),
-  ...Object.fromEntries(["setting", "notes", "title", "kicker"].map((id) => [id, text(id)])),
-  drawn: all(".chart").filter((chart) => chart.querySelector("path[d*=M]")).length,
-  hash: location.hash,
-});
-"""
+READ = """() => {
+  const text = (id) => document.getElementById(id).textContent;
+  const all = (selector) => [...document.querySelectorAll(selector)];
+  return {
+    table: all("#rows tr").map((row) => [...row.cells].map((cell) => cell.textContent.trim())),
+    ...Object.fromEntries(["setting", "notes", "title", "kicker"].map((id) => [id, text(id)])),
+    drawn: all(".chart").filter((chart) => chart.querySelector("path[d*=M]")).length,
+  };
+}"""
 
 
 @pytest.fixture
@@ -41,9 +40,9 @@ def saved(run, tmp_path):
 
 
 @pytest.fixture
-def shown(browser):
+def shown(browse):
     """(page, fragment) -> what stands on the page."""
-    return lambda html, fragment="": browser.run(html, READ + "tell(read());", fragment)
+    return lambda html, fragment="": browse(html, fragment).evaluate(READ)
 
 
 @pytest.mark.parametrize("form", ["tum", "colmap"])
@@ -90,36 +89,27 @@ def test_a_slider_changes_the_scores_to_those_of_python(saved, shown, examples):
     assert row[1] == f"{tas * len(poses.keys) / len(failing.keys):.3f}"
 
 
-SLIDERS = """
-const told = [read()];
-for (const id of ["threshold", "degrees", "weight"]) {
-  const input = document.getElementById(id);
-  input.value = Number(input.value) - 8;
-  input.dispatchEvent(new Event("input"));
-  told.push(read());
-}
-document.querySelector("[name=missing][value=ignore]").click();
-const press = (element, key) => element.dispatchEvent(new KeyboardEvent("keydown", { key }));
-press(document.getElementById("scene"), "ArrowLeft");
-press(document.querySelector("[role=slider]"), "End");
-setTimeout(() => {
-  told.push(read());
-  document.getElementById("reset").click();
-  told.push(read());
-  tell(told);
-}, 500);
-"""
-
-
-def test_the_address_keeps_the_view_and_a_button_takes_the_sliders_back(saved, browser, shown):
+def test_the_address_keeps_the_view_and_a_button_takes_the_sliders_back(saved, browse, shown):
     html, _ = saved(*TUM, *AT_STAMPS)
-    first, *moved, after, reset = browser.run(html, READ + SLIDERS)
+    page = browse(html)
+    read = [page.evaluate(READ)]
+    for name in ("threshold", "degrees", "weight"):
+        page.locator(f"#{name}").press("PageDown")
+        read.append(page.evaluate(READ))
+    page.locator("[name=missing][value=ignore]").check()
+    page.locator("#scene").press("ArrowLeft")
+    page.locator("[role=slider]").first.press("End")
+    page.wait_for_url("**camera=*")
+    first, *moved, after = *read, page.evaluate(READ)
     assert len({json.dumps(one["table"]) for one in (first, *moved, after)}) == 5
     assert after["setting"].endswith("not as in the run.")
+    fragment = page.url[page.url.index("#") :]
     for key in ("threshold", "degrees", "weight", "missing", "turn", "camera"):
-        assert f"{key}=" in after["hash"]
-    assert shown(html, after["hash"])["table"] == after["table"]
-    assert (reset["table"], reset["setting"]) == (first["table"], first["setting"])
+        assert f"{key}=" in fragment
+    assert shown(html, fragment)["table"] == after["table"]
+    page.locator("#reset").click()
+    assert page.evaluate(READ)["table"] == first["table"]
+    assert page.evaluate(READ)["setting"] == first["setting"]
     wrong = "#threshold=-1&degrees=x&weight=7&missing=maybe&colour=toString&camera=1e9&near=0"
     assert shown(html, wrong)["table"] == first["table"]
 
@@ -157,8 +147,8 @@ def test_names_are_text_and_paths_stay_private(saved, shown, examples, tmp_path)
     assert {line for line in html.split('"') if "://" in line} == {"http://www.w3.org/2000/svg"}
 
 
-def test_no_wider_than_a_phone(saved, browser):
-    html, _ = saved(*TUM, TUM[1])
-    script = "const root = document.documentElement; tell([root.scrollWidth, innerWidth]);"
-    for scroll, inner in browser.run_at_widths(html, script, (320, 390, 1280)).values():
-        assert scroll <= inner
+def test_no_wider_than_the_screen(saved, browse):
+    page = browse(saved(*TUM, TUM[1])[0])
+    for width in (320, 390, 1280):
+        page.set_viewport_size({"width": width, "height": 900})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
