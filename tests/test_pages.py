@@ -216,7 +216,11 @@ COMMANDS = {
     "cd": change_folder,
     **dict.fromkeys(("source", "apt-get", "apptainer", "docker", "sha256sum"), no_check),
     **dict.fromkeys(
-        (f".venv/bin/{name}" for name in ("mypy", "pytest", "ruff", "sphinx-build")), no_check
+        (
+            f".venv/bin/{name}"
+            for name in ("lint-imports", "mypy", "pytest", "ruff", "sphinx-build")
+        ),
+        no_check,
     ),
 }
 """What is done instead of running a command; whatever is not named here runs."""
