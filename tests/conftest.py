@@ -113,3 +113,9 @@ def reference_case(request, reference_cases):
     if request.param not in reference_cases:
         pytest.skip(f"{request.param} is not in {REFERENCE[0].name}")
     return reference_cases[request.param]
+
+
+@pytest.fixture(scope="session")
+def in_notebook():
+    """(result) -> the HTML that a notebook shows of it."""
+    return lambda result: result._repr_html_()

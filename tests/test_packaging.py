@@ -21,7 +21,8 @@ from packaging.utils import canonicalize_name
 
 from alignscores.cli import main as alignscores
 
-from .golden.make import FORMATS, flat
+from .alignscores.conftest import FILES
+from .golden.make import flat
 from .golden.test_golden import like, numbers
 
 ROOT = Path(__file__).parents[1]
@@ -226,7 +227,7 @@ def test_numpy_and_scipy_alone_score_text_files(source, tmp_path, monkeypatch, c
 
     assert sorted(run("python", "-c", NAMES).split()) == ["alignscores", "numpy", "scipy"]
     for form in ("tum", "euroc", "kitti", "nerf"):
-        arguments = form, *FORMATS[form], "--json"
+        arguments = form, *FILES[form], "--json"
         assert alignscores(arguments) == 0
         ours, theirs = (
             flat(json.loads(printed)["results"])

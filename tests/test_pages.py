@@ -261,7 +261,7 @@ def rule_of(arguments):
     return len(arguments) == 1 and f"\nrule {arguments[0]}:\n" in code
 
 
-def test_the_notebook_shows_what_its_cells_give(monkeypatch):
+def test_the_notebook_shows_what_its_cells_give(in_notebook, monkeypatch):
     """Text as it stands; results at the end of a cell are tables, the page is in a frame."""
     monkeypatch.chdir(DOCS / "how-to")
     cells = json.loads(Path("own_poses.ipynb").read_text())["cells"]
@@ -277,7 +277,7 @@ def test_the_notebook_shows_what_its_cells_give(monkeypatch):
             if output["output_type"] == "execute_result":
                 value = eval(code.splitlines()[-1], names)
                 assert output["data"]["text/plain"] == [repr(value)]
-                tables.append(value._repr_html_())
+                tables.append(in_notebook(value))
     assert [("<table" in table, "<iframe" in table) for table in tables] == [
         (True, True),
         (True, False),

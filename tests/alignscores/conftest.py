@@ -21,6 +21,9 @@ FILES = {
     "colmap": ("colmap/reference", "colmap/estimate"),
     "nerf": ("nerf/reference.json", "nerf/estimate.json"),
 }
+TUM, KITTI, COLMAP = ((form, *FILES[form]) for form in ("tum", "kitti", "colmap"))
+# Each camera of the reference has the pose of its own stamp, or none.
+AT_STAMPS = "--sync", "nearest", "--max_gap", 0
 
 
 @pytest.fixture(scope="session")

@@ -6,15 +6,7 @@ from evo.core.geometry import umeyama_alignment
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
-from alignscores import (
-    AlignmentWarning,
-    Similarity,
-    pas,
-    ras,
-    ras_profile,
-    tas,
-    tas_profile,
-)
+from alignscores import AlignmentWarning, Similarity, pas, ras, ras_profile, tas, tas_profile
 from alignscores.similarity import ALIGNMENTS, UP
 
 TURN = Rotation.from_euler("z", 50, degrees=True)

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import (
-    AlignmentWarning,
-    pas,
-    pas_batch,
-    ras_batch,
-    tas_batch,
-)
+from alignscores import AlignmentWarning, pas, pas_batch, ras_batch, tas_batch
 
 
 def ragged_scenes(count):

@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import (
-    AlignmentWarning,
-    evaluate,
-    tas,
-    tas_distance,
-    tas_profile,
-)
+from alignscores import AlignmentWarning, evaluate, tas, tas_distance, tas_profile
 
 
 def noisy(n, lost, sigma, seed):

@@ -90,7 +90,7 @@ def test_many_estimates_are_overlaid_and_the_first_ones_named(evaluation):
     figure.draw_without_rendering()
 
 
-def test_an_evaluation_plots_itself_and_saves_its_page(evaluation, tmp_path):
+def test_an_evaluation_plots_itself_and_saves_its_page(in_notebook, evaluation, tmp_path):
     with matplotlib.rc_context({"backend": "agg"}):
         others = matplotlib.pyplot.get_fignums()  # of other tests
         figure = evaluation.plot("trajectory", plot_mode="xz")
@@ -102,4 +102,4 @@ def test_an_evaluation_plots_itself_and_saves_its_page(evaluation, tmp_path):
         assert matplotlib.pyplot.get_fignums() == others
     evaluation.save_page(tmp_path / "page.html")
     assert "estimate.txt against reference" in (tmp_path / "page.html").read_text()
-    assert "<iframe srcdoc=" in evaluation._repr_html_()
+    assert "<iframe srcdoc=" in in_notebook(evaluation)

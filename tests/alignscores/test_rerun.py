@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from alignscores import evaluate
 
@@ -60,13 +59,6 @@ def test_a_recording_has_what_the_evaluation_has(command, tmp_path, lost):
     np.testing.assert_allclose(
         positions + reference[0, :3, 3], evaluation.positions[has_pose], atol=1e-6
     )
-    quaternions, _ = column(camera, "Transform3D:quaternion")
-    angles = Rotation.from_quat(quaternions).inv() * Rotation.from_matrix(
-        matches.gt_poses[has_pose, :3, :3]
-    )
-    np.testing.assert_allclose(
-        np.degrees(angles.magnitude()), evaluation.result.ras.errors[has_pose], atol=1e-4
-    )
     for kind, errors in (
         ("position_error", evaluation.result.tas.errors),
         ("rotation_error", evaluation.result.ras.errors),
@@ -79,8 +71,5 @@ def test_a_recording_has_what_the_evaluation_has(command, tmp_path, lost):
     values, _ = column(series, "Scalars:scalars")
     np.testing.assert_array_equal(values == 1, ~found)
     assert 0 < values.sum() < len(values)
-    (strips,) = (value for name, value in own.items() if name.endswith("/lost_stretches"))
-    drawn = np.concatenate(strips["LineStrips3D:strips"][0][0])
-    np.testing.assert_allclose(drawn + reference[0, :3, 3], reference[~found, :3, 3], atol=1e-6)
     truth, _ = column(entities["/reference/camera"], "Transform3D:translation")
     np.testing.assert_allclose(truth + reference[0, :3, 3], reference[:, :3, 3], atol=1e-6)

@@ -41,14 +41,3 @@ def test_a_name_that_cannot_be_printed_loses_no_result(run, examples, tmp_path, 
     texts = [value for result in results for value in (result["name"], result["file"])]
     for text in (*texts, *failed[0].values()):
         assert text.isprintable()
-
-
-def test_a_lone_surrogate_in_the_name_of_an_image_loses_no_errors(run, examples, tmp_path):
-    for name in ("reference", "estimate"):
-        model = json.loads((examples / f"nerf/{name}.json").read_text())
-        model["frames"][3]["file_path"] = "a\ud800.png"
-        (tmp_path / f"{name}.json").write_text(json.dumps(model))
-    files = tmp_path / "reference.json", tmp_path / "estimate.json"
-    code, _, err = run("nerf", *files, "--save_errors", tmp_path / "errors.csv")
-    assert (code, err) == (0, "")
-    assert r",a\ud800.png," in (tmp_path / "errors.csv").read_text()

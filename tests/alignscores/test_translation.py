@@ -203,9 +203,6 @@ def test_order_of_few_cameras_changes_nothing(registration, noisy_scene, seed, n
         np.testing.assert_allclose(a.errors[order], b.errors, rtol=1e-6, atol=1e-7)
 
 
-# --- randomness ---------------------------------------------------------------------------------
-
-
 # --- registrations ------------------------------------------------------------------------------
 
 

@@ -6,16 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from alignscores.averaging import chordal_mean, geodesic_l1_mean, rotation_angles
+from alignscores.averaging import geodesic_l1_mean, rotation_angles
 from baselines.averages import geometric_medians, rotation_l1_means, rotation_l2_means
-
-
-def sum_of_distances(points, centre):
-    return float(np.linalg.norm(points - centre, axis=1).sum())
-
-
-def angles_to(rotations, mean):
-    return rotation_angles(rotations @ mean.T)
 
 
 def test_geometric_median_equals_reference(reference_cases):
@@ -27,18 +19,6 @@ def test_geometric_median_equals_reference(reference_cases):
             np.testing.assert_allclose(median, case[f"geomed_{cloud}"], rtol=0, atol=1e-12 * 100)
             distance = np.median(np.linalg.norm(points - median, axis=1))
             assert distance == pytest.approx(float(case[f"geomed_{cloud}_median_dist"]), rel=1e-9)
-
-
-@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 15), copies=st.integers(0, 10))
-def test_geometric_median_minimises(seed, n, copies):
-    """No point of the cloud and none nearby is better, also where points coincide."""
-    rng = np.random.default_rng(seed)
-    points = rng.normal(size=(n, 3))
-    points = np.vstack([points, np.repeat(points[:1], copies, axis=0)])
-    median = geometric_medians(points[None], max_steps=3000)[0]
-    least = sum_of_distances(points, median)
-    for other in (*points, *(median + 10.0 ** -rng.integers(1, 5, (20, 1)) * points[0])):
-        assert least <= sum_of_distances(points, other) * (1 + 1e-6)
 
 
 def test_l1_mean_equals_reference(reference_cases):
@@ -68,17 +48,6 @@ def test_l1_mean_rests_on_a_majority(majority, outliers):
         rotations[:outliers] = Rotation.random(outliers, rng=rng).as_matrix()
     np.testing.assert_array_equal(rotation_l1_means(rotations[None])[0], np.eye(3))
     np.testing.assert_array_equal(geodesic_l1_mean(rotations, np.eye(3)), np.eye(3))
-
-
-@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 15))
-def test_l1_mean_minimises(seed, n):
-    """Of rotations within a ball; 10 steps get within 2 % of the least sum of angles."""
-    rng = np.random.default_rng(seed)
-    rotations = Rotation.from_rotvec(rng.normal(0, 10, (n, 3)), degrees=True).as_matrix()
-    mean = geodesic_l1_mean(rotations, np.eye(3), max_steps=1000, tolerance=1e-12)
-    least = angles_to(rotations, mean).sum()
-    assert angles_to(rotations, rotation_l1_means(rotations[None])[0]).sum() <= 1.02 * least
-    assert angles_to(rotations, chordal_mean(rotations)).sum() >= least * (1 - 1e-6)
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30), outliers=st.integers(0, 10))

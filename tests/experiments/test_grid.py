@@ -1,9 +1,7 @@
 """The grid of each experiment, and what is evaluated in its cells."""
 
-from dataclasses import replace
-
-from experiments.config import Selection, experiment_names, load_sweep
-from experiments.grid import Cell, cells, evaluations
+from experiments.config import experiment_names, load_sweep
+from experiments.grid import cells
 
 
 def test_the_eight_experiments_of_the_paper_are_there():
@@ -24,17 +22,3 @@ def test_noise_rises_together_where_it_is_paired():
     grid = cells(load_sweep(["experiment=maa_vs_pas_outliers", "n_outliers=[0]"]))
     assert [round(100 * cell.sigma_t) for cell in grid] == list(range(1, 11))
     assert [cell.sigma_r_deg for cell in grid] == list(range(1, 11))
-
-
-def test_selections_name_cells_and_metrics_and_add_up(small):
-    sweep = small()
-    assert evaluations(sweep) == dict.fromkeys(cells(sweep), sweep.metrics)
-    only = [
-        Selection(["TAS"], {"n_outliers": [3]}),
-        Selection(["ATE", "TAS"], {"sigma_t": [0.05], "n_outliers": [3, 0]}),
-    ]
-    assert evaluations(replace(sweep, selections=only)) == {
-        Cell(25, 3, 0.02, 3.0): ["TAS"],
-        Cell(25, 3, 0.05, 3.0): ["TAS", "ATE"],
-        Cell(25, 0, 0.05, 3.0): ["ATE", "TAS"],
-    }

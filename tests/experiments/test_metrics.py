@@ -7,7 +7,6 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from alignscores import pas, ras, ras_profile, tas, tas_profile
-from alignscores.metrics import named
 from alignscores.protocols import protocol
 from alignscores.registration import pcr99
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
@@ -16,16 +15,8 @@ from baselines.rotation import aligned_angles
 from experiments.command import ConfigError
 from experiments.config import to_overrides
 from experiments.grid import KEY_COLUMNS, Cell, cells
-from experiments.metrics import (
-    METRICS,
-    Column,
-    Options,
-    TrialMetric,
-    evaluate,
-    evaluate_scenes,
-)
+from experiments.metrics import METRICS, Column, evaluate, evaluate_scenes
 from experiments.sweep import draw_scene, trial_seeds
-from studies.statistics import power
 
 SEED = np.random.SeedSequence(7)
 
@@ -222,28 +213,6 @@ def test_impossible_options_are_refused_in_one_line(metric, problem):
     assert problem in str(caught.value)
     assert repr(metric) in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_a_metric_is_one_entry_of_the_registry(small, run, monkeypatch):
-    """Its name is known to the settings, its column is swept, its direction decides its power."""
-
-    class Scale(Options):
-        scale: float = 1.0
-
-    def accuracy(batch, options):
-        worlds = [(scene.gt_rotations, scene.est_rotations) for scene in batch.scenes]
-        return [float(-options.scale * ras(*world).errors.max()) for world in worlds]
-
-    family = named(
-        "Best", "minus the largest error", lambda gt, est: 0.0, "fail", larger_is_better=True
-    )
-    monkeypatch.setitem(METRICS, "Best", TrialMetric(family, accuracy, Scale))
-    noise = ["n_outliers=[0]", "sigma_t=[0.02]", "sigma_r_deg=[0.1,10]"]
-    table = run(small(*noise, "trials=2", "metrics=[Best,'Best(scale=2)']"))
-    assert (table["Best(scale=2)"] == 2 * table["Best"]).all()
-    assert (table["Best"] < 0).all()
-    tau = power(table, "Best", ["sigma_r_deg"], "smallest")
-    assert tau == pytest.approx(2 / 6**0.5)  # the four pairs at different levels are in order
 
 
 def test_protocols_are_metrics_by_their_names(small, run):

@@ -3,13 +3,12 @@
 Scenes and runs are drawn here, so that they stay the same whatever happens to the study's scenes.
 """
 
-from pathlib import Path
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..alignscores.conftest import REAL
+
 N_SCENES = 60
-REAL = Path(__file__).resolve().parents[3] / "shared" / "real"
 SEQUENCES = {"MH_03": 1403637160.0, "V2_02": 1413393915.0}  # start of each piece of EuRoC
 SYSTEMS = {"vislam_ba": 3, "vislam_rp": 3, "vio_mono": 1}  # and how many runs of each
 

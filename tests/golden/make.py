@@ -30,17 +30,10 @@ from baselines import ate, dre, dte, maa, rotation_statistics
 from experiments.config import load_sweep
 from experiments.sweep import run_sweeps
 
+from ..alignscores.conftest import EXAMPLES, FILES
 from .inputs import N_SCENES, SEQUENCES, scene, write_made_runs, write_real_runs
 
 FOLDER = Path(__file__).parent
-DATA = FOLDER.parent / "data"
-FORMATS = {
-    "tum": ("tum/reference.txt", "tum/estimate.txt"),
-    "kitti": ("kitti/reference.txt", "kitti/estimate.txt"),
-    "euroc": ("euroc/data.csv", "euroc/estimate.txt"),
-    "colmap": ("colmap/reference", "colmap/estimate"),
-    "nerf": ("nerf/reference.json", "nerf/estimate.json"),
-}
 ALIGNMENTS = ("similarity", "rigid", "yaw", "none")
 METRICS = """
     auc@30:vggt auc@30:mapanything auc@30:da3 rra@5:vggt rra@5:mapanything rra@5:da3
@@ -63,9 +56,9 @@ EXPERIMENTS = """
 def formats(folder):
     """The JSON of the command for every format in ``tests/data``."""
     found = {}
-    for form, files in FORMATS.items():
+    for form, files in FILES.items():
         with redirect_stdout(io.StringIO()) as printed:
-            command([form, *(str(DATA / file) for file in files), "--json"])
+            command([form, *(str(EXAMPLES / file) for file in files), "--json"])
         found[form] = json.loads(printed.getvalue())["results"]
     return flat(found)
 

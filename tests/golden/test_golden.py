@@ -5,7 +5,7 @@ from math import nan
 
 import pytest
 
-from .inputs import REAL
+from ..alignscores.conftest import REAL
 from .make import FOLDER, RESULTS
 
 

@@ -7,14 +7,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from studies.order import (
-    Order,
-    estimate,
-    order,
-    orders,
-    trials_needed,
-    within,
-)
+from studies.order import Order, estimate, order, orders, trials_needed, within
 
 
 def table_of(**columns):

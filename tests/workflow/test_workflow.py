@@ -70,11 +70,8 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(sna
 @pytest.mark.parametrize(
     ("target", "setting", "named"),
     [
-        ("figures", "trials=0", "setting 'trials': should be greater than or equal to 1, not 0"),
         ("figures", "trails=5", "Could not override 'trails'"),
         ("claims", "replicates=1", "'replicates'"),
-        ("threshold_study", "tas_max_threshold=[-1]", "max_threshold should be greater than 0"),
-        ("beyond", "scenarios=missing.yaml", "No such file"),
         ("beyond", "scenarios=mine.yaml", "scenarios.a: setting 'geometry': must be one of "),
         ("real", "trials=5", "snakemake real needs --config benchmark=FILE"),
         ("real", "benchmark=missing.yaml", "missing.yaml: cannot be read"),

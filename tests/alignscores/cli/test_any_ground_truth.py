@@ -15,7 +15,6 @@ from alignscores.trajectories.files import read_tum
 
 NO_RAS = "the reference has no rotations: RAS and PAS have no value"
 NO_EST_RAS = "it has no rotations: RAS and PAS have no value"
-POSE = "t x y z qx qy qz qw"
 
 
 def text(*columns, by=" ", header="", end=""):
@@ -49,10 +48,6 @@ def more(q, n):
     return np.full((len(q), n), 0.25)
 
 
-def w_first(q):
-    return q[:, [3, 0, 1, 2]]
-
-
 def reference(content, *notes, rotations=True, **options):
     return "reference", content, options, notes, rotations
 
@@ -61,8 +56,6 @@ def estimate(content, *notes, rotations=True, **options):
     return "estimate", content, options, notes, rotations
 
 
-VINS = {"by": ",", "end": ","}
-MCD, CSV = "num,t,x,y,z,qx,qy,qz,qw", "timestamp,x,y,z,qx,qy,qz,qw"
 COVARIANCES = {"header": "# timestamp(s) tx ty tz qx qy qz qw P"}
 ZEROS, NANS = "0 0 0 0 0 0 0\n", "nan nan nan nan nan nan nan\n"
 CASES = {  # the notes, and whether it has rotations
@@ -78,23 +71,9 @@ CASES = {  # the notes, and whether it has rotations
         lambda t, p, q: text(t, p, q, more(q, 12), **COVARIANCES),
         "read t_seconds x y z qx qy qz qw, not the other 12 of 20 columns",
     ),
-    "29 columns": reference(
-        lambda t, p, q: text(t, p, q, more(q, 21)),
-        "read t x y z qx qy qz qw, not the other 21 of 29 columns",
-    ),
-    "a CSV": estimate(lambda t, p, q: text(t, p, q, by=",", header=CSV)),
-    "comments": estimate(lambda t, p, q: text(t, p, q, end=" # tracked")),
-    "MCD": reference(lambda t, p, q: text(np.arange(len(t)), t, p, q, by=",", header=MCD)),
-    "9 columns": reference(
-        lambda t, p, q: text(np.arange(len(t)), t, p, q),
-        "not the other 1 of 9 columns",
-        ref_columns=f"- {POSE}",
-    ),
     "nanoseconds": estimate(
         lambda t, p, q: text(t * 1e9, p, q), "time stamps in nanoseconds, as their size shows"
     ),
-    "VINS": estimate(lambda t, p, q: text(t * 1e9, p, w_first(q), **VINS)),
-    "w first": estimate(lambda t, p, q: text(t, p, w_first(q)), est_columns="t x y z qw qx qy qz"),
     "a lost frame of zeros": estimate(
         lambda t, p, q: text(t, p, q) + f"{t[-1] + 0.05:.6f} {ZEROS}",
         "1 pose has a quaternion of zeros: not estimated",

@@ -8,10 +8,8 @@ from alignscores.protocols import PROTOCOLS, protocol
 from alignscores.trajectories.association import Timing, match
 from alignscores.trajectories.files import read_tum
 
-TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
-# Each camera of the reference has the pose of its own stamp, or none.
-AT_STAMPS = "--sync", "nearest", "--max_gap", 0
-COLMAP = "colmap", "colmap/reference", "colmap/estimate"
+from ..conftest import AT_STAMPS, COLMAP, TUM
+
 NAMES = [family.example for family in SCORES]
 EXAMPLES = [family.example for family in PROTOCOLS]
 

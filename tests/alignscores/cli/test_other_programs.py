@@ -41,20 +41,6 @@ def trajectories(examples):
     return [read_tum(examples / file) for file in FILES["tum"]]
 
 
-def test_vslamlab(same, run, examples, tmp_path):
-    """Stamps are whole, as its systems write them, or with decimals, as its COLMAP does."""
-    files = []
-    for file, form in zip(FILES["tum"], ("%d", "%.15f"), strict=True):
-        values = np.loadtxt(examples / file)
-        values[:, 0] = np.round(values[:, 0] * 1e9)
-        files.append(tmp_path / f"{file.replace('/', '_')}.csv")
-        header = "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw"
-        columns = [form, *["%.17g"] * 7]
-        np.savetxt(files[-1], values, fmt=columns, delimiter=",", header=header, comments="")
-    assert same("tum", *files, "--t_offset", 0) == []
-    assert "note: detected format: tum\n" in run(*files)[2]
-
-
 def test_nerfstudio(run, score, examples, tmp_path):
     """What `ns-export cameras` writes: a list of frames, with absolute paths or others."""
     (expected,) = score("nerf", *FILES["nerf"])

@@ -1,17 +1,14 @@
 """The table, the JSON and the notes."""
 
-import gzip
 import json
 import sys
-from io import BytesIO, TextIOWrapper
 
 import numpy as np
 import pytest
 
-TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+from ..conftest import AT_STAMPS, TUM
+
 PAPER = "--registration", "pcr99"
-# Each camera of the reference has the pose of its own stamp, or none.
-AT_STAMPS = "--sync", "nearest", "--max_gap", 0
 HEADER = ["TAS", "RAS", "PAS", "half [m]", "half [deg]", "median [m]", "median [deg]", "ATE [m]"]
 HEADER += ["tracked"]
 
@@ -101,17 +98,6 @@ def test_json_names_a_reference_that_cannot_be_read(run):
         (failed,) = printed["failed"]
         assert (code, printed["results"], failed["file"]) == (1, [], "none.txt")
         assert err == f"alignscores: error: {failed['error']}\n"
-
-
-def test_compressed_files_and_pipes_score_alike(score, examples, tmp_path, monkeypatch):
-    plain = (examples / TUM[2]).read_bytes()
-    compressed = tmp_path / "estimate.txt.gz"
-    compressed.write_bytes(gzip.compress(plain))
-    monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(plain)))
-    scored = [score(*TUM[:2], estimate)[0] for estimate in (TUM[2], compressed, "-")]
-    for result in scored:
-        result.pop("name"), result.pop("file")
-    assert scored[0] == scored[1] == scored[2]
 
 
 def test_notes_that_are_alike_are_one(run, lines, write):

@@ -2,10 +2,6 @@
 
 import csv
 import json
-import os
-import shutil
-import subprocess
-import sys
 from collections import Counter
 
 import numpy as np
@@ -14,11 +10,7 @@ from evo.tools import file_interface
 
 from alignscores.trajectories.files import read_kitti, read_tum
 
-TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
-# Each camera of the reference has the pose of its own stamp, or none.
-AT_STAMPS = "--sync", "nearest", "--max_gap", 0
-COLMAP = "colmap", "colmap/reference", "colmap/estimate"
-KITTI = "kitti", "kitti/reference.txt", "kitti/estimate.txt"
+from ..conftest import AT_STAMPS, COLMAP, KITTI, TUM
 
 
 def test_save_profiles(run, tmp_path):
@@ -123,28 +115,6 @@ def test_save_results(run, score, tmp_path):
     assert result.stats["median"] == pytest.approx(expected["median_distance"])
     assert result.info["label"] == "position error (m)"
     assert {len(array) for array in result.np_arrays.values()} == {37}
-
-
-def test_evo_res_reads_the_results(run, tmp_path, examples):
-    shutil.copytree(examples / "tum", tmp_path / "other")
-    files = (TUM[2], tmp_path / "other/estimate.txt")
-    files = *files, "--registration", "pcr99"
-    assert run(*TUM[:2], *files, "--save_results", tmp_path / "r.zip")[0] == 0
-    archives = sorted(path.name for path in tmp_path.glob("*.zip"))
-    assert archives == ["r_other_estimate.zip", "r_tum_estimate.zip"]
-    code = "from evo.cli.entry_points import res; res()"  # what the command evo_res runs
-    done = subprocess.run(
-        [sys.executable, "-c", code, *archives, "--save_table", "table.csv", "--no_warnings"],
-        cwd=tmp_path,
-        env={**os.environ, "HOME": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        timeout=100,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "position error of tracked frames (registration pcr99)" in done.stdout
-    assert all(key in done.stdout for key in ("TAS", "RAS", "PAS", "ATE"))
-    assert "other_estimate.txt" in (tmp_path / "table.csv").read_text()
 
 
 @pytest.mark.parametrize(("suffix", "magic"), [("pdf", b"%PDF"), ("svg", b"<?x")])

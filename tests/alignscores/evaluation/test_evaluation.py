@@ -43,7 +43,7 @@ def test_poses_in_arrays_are_matched_by_row_or_by_their_times(tum, examples):
         evaluate(reference, estimate.poses, times=times[0])
 
 
-def test_reprs_name_the_registration(tum):
+def test_reprs_name_the_registration(in_notebook, tum):
     found = tum()
     assert repr(found) == (
         "Evaluation('estimate.txt', PAS 0.8709, TAS 0.88, RAS 0.86, registration='refined')"
@@ -51,7 +51,7 @@ def test_reprs_name_the_registration(tum):
     assert repr(found.result) == "PASResult(0.8709, TAS 0.88, RAS 0.86, registration='refined')"
     assert repr(found.result.tas) == "TASResult(0.8805, n=40, registration='refined')"
     assert repr(found.estimate).startswith("Trajectory(38 poses, ")
-    html = found._repr_html_()
+    html = in_notebook(found)
     assert "estimate.txt (registration refined)" in html
     assert "<th>half_distance</th>" in html
 

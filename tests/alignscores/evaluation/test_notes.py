@@ -7,13 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import evaluate
-from alignscores.trajectories.files import (
-    Trajectory,
-)
+from alignscores.trajectories.files import Trajectory
 
-from ..conftest import write_poses
-
-TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
+from ..conftest import TUM, write_poses
 
 
 def winding(seconds=40, rate=10):

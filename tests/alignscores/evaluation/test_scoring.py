@@ -48,6 +48,8 @@ def test_an_estimate_has_the_scores_of_its_arrays():
     level = tas_distance(*positions, score=0.7, rng=3, **group)
     assert found.metrics["distance@0.7"] == pytest.approx(level, rel=1e-6)
     assert found.lost == pytest.approx(3 / 24)
+    drawn = evaluate(reference, estimate, registration="pcr99", seed=3, repeat=2, **options)
+    assert drawn.tas_seeds == [tas(*positions, rng=s, max_threshold=0.5).score for s in (3, 4)]
     np.testing.assert_array_equal(found.matches.est_poses, est)
 
 

@@ -10,11 +10,8 @@ from alignscores import pas
 from alignscores.trajectories.association import Timing, match
 from alignscores.trajectories.files import read_tum
 
-from ..conftest import FILES
+from ..conftest import AT_STAMPS, FILES, TUM
 
-TUM = "tum", "tum/reference.txt", "tum/estimate.txt"
-# Each camera of the reference has the pose of its own stamp, or none.
-AT_STAMPS = "--sync", "nearest", "--max_gap", "0"
 READ = """() => {
   const text = (id) => document.getElementById(id).textContent;
   const all = (selector) => [...document.querySelectorAll(selector)];

@@ -1,7 +1,6 @@
 """What holds for the protocols by name: worlds, missing cameras, bounds, hostile input, memory."""
 
 import tracemalloc
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -22,7 +21,6 @@ from alignscores.protocols import (
     rpg_relative_error,
     vggt_auc,
 )
-from alignscores.protocols.trajectory import Pairs
 
 EXAMPLES = {family.example: family for family in PROTOCOLS}
 # Whose values do not change when the estimate's world is turned, moved and scaled, or not scaled.
@@ -172,31 +170,6 @@ def test_options_are_checked(function, options, named):
     cameras = np.dstack([gt_rotations, gt]), np.dstack([est_rotations, est])
     with pytest.raises(ValueError, match=f"^{named} "):
         function(*cameras, **options)
-
-
-@pytest.mark.parametrize(("distance", "frames"), [(None, 1), (None, 7), (3.0, 1)])
-@pytest.mark.parametrize("pairs", get_args(Pairs))
-def test_pairs_are_those_of_evo(pairs, distance, frames):
-    """Of its program, with each of the two options and with both."""
-    metrics = pytest.importorskip("evo.core.metrics")
-    path = pytest.importorskip("evo.core.trajectory").PosePath3D
-    rng = np.random.default_rng(0)
-    gt, est = (np.tile(np.eye(4), (100, 1, 1)) for _ in range(2))
-    gt[:, :3, 3] = np.cumsum(rng.random((100, 3)), axis=0)
-    gt[:, :3, :3] = Rotation.random(100, rng=rng).as_matrix()
-    est[:, :3, 3] = gt[:, :3, 3] + rng.normal(scale=0.2, size=(100, 3))
-    est[:, :3, :3] = gt[:, :3, :3]
-    unit = metrics.Unit.frames if distance is None else metrics.Unit.meters
-    error = metrics.RPE(
-        metrics.PoseRelation.translation_part,
-        delta=distance or frames,
-        delta_unit=unit,
-        all_pairs=pairs.startswith("all"),
-        pairs_from_reference=pairs.endswith("reference"),
-    )
-    error.process_data((path(poses_se3=list(gt)), path(poses_se3=list(est))))
-    expected = error.get_statistic(metrics.StatisticsType.rmse)
-    assert evo_rpe(gt, est, distance, pairs=pairs, frames=frames) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(

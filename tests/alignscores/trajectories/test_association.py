@@ -57,20 +57,6 @@ def test_nearest_stamps_are_those_of_evo(digits, start, offset):
         assert matches.unmatched == len(est) - len(nearest)
 
 
-def test_of_duplicate_stamps_the_first_is_used():
-    stamps = np.arange(40.0)
-    matches = match(trajectory(stamps), trajectory(np.insert(stamps, [2, 2, 9], [1, 1, 8])))
-    assert matches.duplicate == 3
-    assert pairs(matches)[:4] == [(0, 0), (1, 1), (2, 4), (3, 5)]
-    with pytest.warns(
-        TrajectoryWarning, match="duplicate stamps or names in the reference, left out: 1"
-    ):
-        matches = match(trajectory([0.0, 1.0, 1.0]), trajectory([0.0, 1.0]), missing="fail")
-    assert pairs(matches) == [(0, 0), (1, 1)]
-    said = message_of(trajectory([0.0, 1.0, 2.0]), trajectory([0.0, 0.0, 1.0, 2.0]))
-    assert said.startswith("1 of 4 poses of the estimate have the time stamp of another one; wri")
-
-
 @pytest.mark.parametrize("whose", ["reference", "estimate"])
 def test_stamps_out_of_order_are_sorted(whose):
     ordered, shuffled = trajectory([0.0, 1.0, 2.0]), trajectory([2.0, 0.0, 1.0])

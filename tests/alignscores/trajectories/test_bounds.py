@@ -8,13 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alignscores.trajectories.files import (
-    FileError,
-    read_arrays,
-    read_nerf,
-    read_stamps,
-    read_tum,
-)
+from alignscores.trajectories.files import FileError, read_arrays, read_nerf, read_stamps, read_tum
 from alignscores.trajectories.recognition import recognise
 
 LINE = b"%d 1 2 3 0 0 0 1\n"

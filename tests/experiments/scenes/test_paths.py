@@ -50,14 +50,6 @@ def test_rotations_are_uniform_where_none_is_natural(name):
         assert stats.kstest(component, stats.uniform(-1, 2).cdf).pvalue > 1e-3
 
 
-def test_steps_of_a_random_walk_have_uniform_directions():
-    positions, _, _ = path("random_walk", n=2000)
-    steps = np.diff(positions, axis=0)
-    for component in steps.T:
-        assert stats.kstest(component, stats.uniform(-1, 2).cdf).pvalue > 1e-3
-    assert abs(np.einsum("ni,ni->n", steps[1:], steps[:-1]).mean()) < 0.05  # independent
-
-
 def test_an_orbit_is_a_closed_circle_that_looks_at_its_centre():
     positions, view, top = path("orbit")
     radii = np.linalg.norm(positions, axis=1)

@@ -31,16 +31,6 @@ def texts(axes):
     return [text for text in shown if text[-1:].isdigit()]
 
 
-def test_rows_are_scenarios_from_the_top_with_what_their_names_leave_out(table):
-    noise, _ = beyond.draw(table).axes
-    labels = [label.get_text() for label in noise.get_yticklabels()]
-    assert labels == ["paper", "strong drift (car)", "far (side 1000)"]
-    bottom, top = noise.get_ylim()
-    assert top < bottom
-    metrics = [label.get_text() for label in noise.get_xticklabels()]
-    assert metrics == ["ATE", "TAS\nrefined", "RAS"]
-
-
 def test_cells_hold_the_orders_and_what_fails_has_no_colour(table):
     noise, outliers = beyond.draw(table).axes
     assert texts(noise) == ["40", "95", "70"] * 3

@@ -7,14 +7,7 @@ import pytest
 from experiments.config import experiment_names, load_sweep
 from experiments.metrics import METRICS
 from experiments.tables import TableError
-from studies.paper.table1 import (
-    ADDED,
-    EXPERIMENTS_OF,
-    LENGTHS,
-    PAPER,
-    PROPERTIES,
-    compare,
-)
+from studies.paper.table1 import ADDED, EXPERIMENTS_OF, LENGTHS, PAPER, PROPERTIES, compare
 
 GRID = ["sigma_t=[0.02,0.06,0.1]", "n_outliers=[0,1,10,50]"]
 SETTINGS = {
