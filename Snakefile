@@ -16,6 +16,20 @@ include: "workflow/answers.smk"
 include: "workflow/figures.smk"
 
 
+# Everything else is a job where there is a cluster.
+localrules:
+    report,
+    table1,
+    verdicts,
+    orders,
+    thresholds,
+    scenarios,
+    own_runs,
+    real_answers,
+    figure,
+    study_figure,
+
+
 rule figures:
     default_target: True
     input:
@@ -62,7 +76,6 @@ rule report:
         rules.real.input if "benchmark" in config else [],
     output:
         RESULTS / "report.html",
-    localrule: True
     params:
         folder=RESULTS,
         settings=CONFIG,

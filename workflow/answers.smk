@@ -6,7 +6,6 @@ rule table1:
     output:
         RESULTS / "tables" / "method_comparison.csv",
         RESULTS / "tables" / "method_comparison.md",
-    localrule: True
     params:
         study="paper",
     log:
@@ -87,7 +86,6 @@ rule own_runs:
         runs=lambda wildcards: own_runs()[wildcards.sequence],
     output:
         RESULTS / "real" / "own" / "{sequence}.csv",
-    localrule: True
     params:
         more=MORE,
     log:
@@ -107,7 +105,6 @@ rule real_answers:
         RESULTS / "tables" / "real.csv",
         RESULTS / "tables" / "real_pairs.csv",
         RESULTS / "tables" / "real_agreement.csv",
-    localrule: True
     log:
         RESULTS / "logs" / "answers" / "real.log",
     shell:

@@ -28,7 +28,6 @@ rule figure:
         expand(FIGURE, ext=["pdf", "png"], allow_missing=True),
     wildcard_constraints:
         figure="|".join(PAPER_FIGURES),
-    localrule: True
     params:
         draw=lambda wildcards: PAPER_FIGURES[wildcards.figure][0],
     log:

@@ -1,10 +1,8 @@
 """Results are compared with the published ones, and what differs is named."""
 
-import shutil
 from pathlib import Path
 
 import pandas as pd
-import pytest
 
 from experiments.check import main
 from experiments.config import load_sweep
@@ -12,32 +10,17 @@ from experiments.sweep import run_sweeps
 from experiments.tables import write_trials
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    """A folder with one of the paper's experiments, as it is published."""
-    folder = tmp_path_factory.mktemp("results")
+def test_results_as_published_and_missing_ones_are_named_and_a_changed_digit(tmp_path, capsys):
     sweep = load_sweep(["experiment=maa_vs_pas_length"])
-    write_trials(folder / "trials" / f"{sweep.name}.csv", run_sweeps([sweep]), [sweep])
-    return folder
-
-
-@pytest.fixture
-def results(whole, tmp_path):
-    return Path(shutil.copytree(whole, tmp_path / "results"))
-
-
-def test_results_as_published_are_named_and_so_are_missing_ones(results, capsys):
-    assert main([str(results)]) == 0
+    path = tmp_path / "trials" / f"{sweep.name}.csv"
+    write_trials(path, run_sweeps([sweep]), [sweep])
+    assert main([str(tmp_path)]) == 0
     printed = capsys.readouterr().out.splitlines()
-    assert f"{results}/trials/maa_vs_pas_length.csv is as published" in printed
-    assert f"{results}/trials/outliers.csv does not exist" in printed
-
-
-def test_one_changed_digit_of_a_trial_is_noticed(results, capsys):
-    path = results / "trials" / "maa_vs_pas_length.csv"
+    assert f"{path} is as published" in printed
+    assert f"{tmp_path}/trials/outliers.csv does not exist" in printed
     text = path.read_text()
     path.write_text(text[:-2] + str((int(text[-2]) + 1) % 10) + "\n")
-    assert main([str(results)]) == 1
+    assert main([str(tmp_path)]) == 1
     assert f"{path} was changed, or maa_vs_pas_length.json is not" in capsys.readouterr().err
 
 

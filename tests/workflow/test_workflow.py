@@ -67,6 +67,15 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(sna
     assert "threads: " not in done.text  # named where more than one
 
 
+def test_on_a_cluster_what_else_makes_files_runs_where_it_was_started():
+    """A dry run does not tell; `use rule` leaves behind what one rule says of itself."""
+    code = "".join(path.read_text() for path in [SNAKEFILE, *(ROOT / "workflow").glob("*.smk")])
+    rules = re.findall(r"^(rule|use rule \w+ as) (\w+).*:\n((?:\n|    .*\n)*)", code, re.MULTILINE)
+    makes = {name for kind, name, body in rules if kind != "rule" or "output:" in body}
+    local = re.search(r"^localrules:\n((?:    \w+,\n)+)", code, re.MULTILINE)
+    assert makes - {*re.findall(r"\w+", local[1])} == {"trials", "study_trials", "replicate"}
+
+
 @pytest.mark.parametrize(
     ("target", "setting", "named"),
     [
