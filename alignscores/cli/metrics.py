@@ -1,10 +1,10 @@
 """Metrics on the command line: their names, and their table."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
+from ..comparison.tables import Cell, Table, as_text
 from ..evaluation.settings import Settings
 from ..metrics import FAMILIES, metric
-from ..texts import padded, text_width
 from ..trajectories.formats import FORMATS, Format
 from .table import shortened
 
@@ -41,25 +41,13 @@ def metric_table(
     rows: Mapping[str, Mapping[str, float | None]], settings: Settings, columns: int
 ) -> str:
     """Return the table of the metrics of estimates, in blocks of at most so many columns."""
-    lines = []
-    longest = min(max(map(text_width, [FIRST, *rows])), LONGEST_NAME)
-    labels = shortened([FIRST, *rows], longest)
-    block: list[list[str]] = []
-    for name in settings.metrics:
-        column = [_heading(name, settings.form), *(_cell(name, row[name]) for row in rows.values())]
-        block.append([text.rjust(max(map(len, column))) for text in column])
-        if longest + sum(2 + len(cells[0]) for cells in block) > columns and block[1:]:
-            lines += [*_lines(labels, block[:-1]), ""]
-            block = block[-1:]
-    return "\n".join([*lines, *_lines(labels, block)])
-
-
-def _lines(labels: Sequence[str], block: Sequence[Sequence[str]]) -> list[str]:
-    width = max(map(text_width, labels))
-    return [
-        "  ".join([padded(label, width), *cells])
-        for label, *cells in zip(labels, *block, strict=True)
+    names = shortened([FIRST, *rows], LONGEST_NAME)
+    header = [names[0], *(_heading(name, settings.form) for name in settings.metrics)]
+    lines = [
+        [Cell(name), *(Cell(_cell(*value)) for value in row.items())]
+        for name, row in zip(names[1:], rows.values(), strict=True)
     ]
+    return as_text(Table(header, lines), columns)
 
 
 def _heading(name: str, form: Format) -> str:

@@ -16,8 +16,8 @@ from ..version import __version__
 from .metrics import metric_table
 from .table import LEGEND, table
 
-__all__ = ["json_text", "one_line", "print_error", "print_note", "show_json", "show_progress"]
-__all__ += ["show_table", "table_width"]
+__all__ = ["json_text", "one_line", "print_error", "print_note", "print_notes"]
+__all__ += ["show_progress", "show_table", "table_width"]
 
 
 GENERAL = "file", "estimate", "metric"  # kinds whose notes differ
@@ -40,18 +40,6 @@ def json_text(
         "failed": failed,
     }
     return json.dumps(content, indent=2, allow_nan=False)
-
-
-def show_json(
-    settings: Settings,
-    reference: str,
-    scored: Sequence[Evaluation],
-    failed: Sequence[dict[str, str]],
-    notes: Sequence[str],
-) -> None:
-    """Print JSON on stdout, and the notes on stderr, too."""
-    print_notes(scored, notes)
-    print(json_text(settings, reference, scored, failed, notes))
 
 
 def table_width() -> int:

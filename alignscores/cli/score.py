@@ -18,7 +18,15 @@ from ..trajectories.formats import FORMATS
 from ..trajectories.recognition import recognise
 from ..version import __version__
 from .metrics import metre_notes
-from .output import one_line, print_error, print_note, show_json, show_progress, show_table
+from .output import (
+    json_text,
+    one_line,
+    print_error,
+    print_note,
+    print_notes,
+    show_progress,
+    show_table,
+)
 from .parser import Parser, metric_names, output_file
 from .saving import refuse_to_replace, save, show_plot, targets
 
@@ -92,23 +100,17 @@ def score_parser(*, everything: bool = True) -> Parser:
     parser.add_argument("--version", action="version", version=version, help="show the version")
     parser.add_argument("files", nargs="+", metavar="REF EST", help="the files; - is stdin")
     parser.add_settings("format", "metrics")
-    output = parser.add_argument_group("output")
-    output.add_argument(
-        "-v", "--verbose", action="store_true", help="explain the columns of the table"
-    )
-    output.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    output.add_argument("--metrics", metavar="NAMES", type=metric_names, default=(), help=METRICS)
+    add = parser.add_argument_group("output").add_argument
+    add("-v", "--verbose", action="store_true", help="explain the columns of the table")
+    add("--json", action="store_true", help="print JSON instead of a table")
+    add("--metrics", metavar="NAMES", type=metric_names, default=(), help=METRICS)
     written = f"write all results: {', '.join(FOLDER.values())}"
-    output.add_argument("-o", "--output", metavar="FOLDER", type=Path, help=written)
-    output.add_argument(
-        "--plot", action="store_true", help="show errors, trajectories, poses and scores"
-    )
-    output.add_argument(
-        "--plot_mode", choices=MODES, help="axes of trajectories (default: the two longest)"
-    )
+    add("-o", "--output", metavar="FOLDER", type=Path, help=written)
+    add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
+    add("--plot_mode", choices=MODES, help="axes of trajectories (default: the two longest)")
     for name, (suffixes, help) in WRITTEN.items():
         form = output_file(*suffixes)
-        output.add_argument(f"--{name}", metavar=f"FILE{suffixes[0]}", type=form, help=help)
+        add(f"--{name}", metavar=f"FILE{suffixes[0]}", type=form, help=help)
     parser.set_defaults(save_json=None)
     return parser
 
@@ -134,7 +136,8 @@ def run(argv: Sequence[str]) -> int:
         notes += metre_notes(settings)
         failed += save(scored, failed, notes, arguments)
     if arguments.json:  # printed last: the reader may close the pipe, which ends the program
-        show_json(settings, arguments.reference, scored, failed, notes)
+        print_notes(scored, notes)
+        print(json_text(settings, arguments.reference, scored, failed, notes))
     elif scored:
         show_table(scored, notes, verbose=arguments.verbose)
     if scored and arguments.plot:

@@ -215,6 +215,11 @@ class Summary:
         """Return the runs of a system on a sequence."""
         return self.entries[system, None].results.get(sequence, [])
 
+    def unit(self, sequence: str) -> float:
+        """Return d of a sequence, the same for all runs."""
+        units = [r.outcome.unit for r in self.results if r.run.sequence == sequence]
+        return next(filter(math.isfinite, units), math.nan)
+
     def ranked(self, by: str) -> list[str]:
         """Return the systems by their ranks, then by their means over all.
 

@@ -77,7 +77,7 @@ def _by_sequence(summary: Summary, by: str) -> Table:
             _value(entry, by, ranked=True) if entry else Cell("not tried") for entry in entries
         ]
         rows.append([Cell(summary.system_names[system]), *cells])
-    units = [_unit(summary, sequence) for sequence in summary.sequences]
+    units = map(summary.unit, summary.sequences)
     rows.append(
         [
             Cell(f"d [{summary.length}]" if summary.length else "d"),
@@ -85,12 +85,6 @@ def _by_sequence(summary: Summary, by: str) -> Table:
         ]
     )
     return Table(header, rows)
-
-
-def _unit(summary: Summary, sequence: str) -> float:
-    """Return d of a sequence, the same for all runs."""
-    units = [r.outcome.unit for r in summary.results if r.run.sequence == sequence]
-    return next(filter(math.isfinite, units), math.nan)
 
 
 def _rank(entry: Entry, by: str) -> Cell:

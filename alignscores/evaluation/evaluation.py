@@ -29,7 +29,7 @@ from ..validation import AlignmentWarning, finite_rows
 from .perfect import simulated_scores
 from .settings import Settings
 
-__all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none"]
+__all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none", "median"]
 
 STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
@@ -182,12 +182,12 @@ class Evaluation:
     @property
     def median_distance(self) -> float:
         """Median position error of the frames that have one; NaN where none has."""
-        return _median(self.result.tas.errors)
+        return median(self.result.tas.errors)
 
     @property
     def median_angle(self) -> float:
         """Median rotation error in degrees of the frames that have one; NaN where none has."""
-        return _median(self.result.ras.errors)
+        return median(self.result.ras.errors)
 
     @property
     def lost(self) -> float:
@@ -450,7 +450,8 @@ def _sd(values: list[float]) -> float | None:
     return statistics.stdev(values) if len(values) > 1 else None
 
 
-def _median(errors: Floats) -> float:
+def median(errors: Floats) -> float:
+    """Return the median of the finite errors, NaN where there are none."""
     finite = errors[np.isfinite(errors)]
     return float(np.median(finite)) if len(finite) else math.nan
 

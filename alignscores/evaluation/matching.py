@@ -1,6 +1,5 @@
 """Reading a reference and an estimate, and matching their poses."""
 
-import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from os import PathLike
@@ -10,17 +9,17 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
-from ..trajectories.association import Matches, Timing, checked, in_order, match, unit_hint
+from ..trajectories.association import Matches, Timing, checked, in_order, match, unit_hint, warn
 from ..trajectories.files import (
     FilePath,
     Trajectory,
-    TrajectoryWarning,
     inverse_poses,
     read_colmap,
     read_stamps,
 )
 from ..trajectories.files.colmap import is_model
-from ..trajectories.recognition import recognise, recognise_pair
+from ..trajectories.formats import FORMATS
+from ..trajectories.recognition import recognise
 from ..trajectories.timeline import reference_gap
 from ..trajectories.timing import find_offset
 from ..validation import finite_rows, real_array
@@ -80,7 +79,10 @@ def with_format(settings: Settings, reference: Any, estimate: Any) -> Settings:
     elif isinstance(estimate, Trajectory):
         form = other = recognise(reference, ref_columns)
     else:
-        form, other = recognise_pair(reference, estimate, ref_columns, est_columns)
+        form, other = recognise(reference, ref_columns), recognise(estimate, est_columns)
+        if FORMATS[form].ordered != FORMATS[other].ordered:
+            formats = f"{reference} is in the format {form}, {estimate} in {other}"
+            raise ValueError(f"{formats}: no match")
     return replace(settings, format=form, est_format=settings.est_format or other)
 
 
@@ -93,11 +95,7 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
         reference = settings.form.read(reference, **settings.ref_options)
     truth = in_order(reference)
     if not truth.has_rotations:
-        warnings.warn(
-            "the reference has no rotations: RAS and PAS have no value",
-            TrajectoryWarning,
-            stacklevel=2,
-        )
+        warn("the reference has no rotations: RAS and PAS have no value")
     if timed := truth.keys.dtype.kind == "f":
         gaps = np.diff(truth.keys)
         gap = reference_gap(truth.keys, settings.frames_per_second)
@@ -106,11 +104,7 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
         absent = float(1 - np.mean(finite_rows(truth.with_rotations().poses)))
     if absent > 0.01:
         what = "time" if timed else "cameras"
-        warnings.warn(
-            f"the reference has no pose for {absent:.1%} of the {what}; nothing is expected there",
-            TrajectoryWarning,
-            stacklevel=2,
-        )
+        warn(f"the reference has no pose for {absent:.1%} of the {what}; nothing is expected there")
     return truth
 
 
@@ -133,11 +127,7 @@ def read_estimate(
         poses = models[name]
         if len(models) > 1:
             largest = "the largest" if len(others) in (0, len(models)) else "not the reference"
-            warnings.warn(
-                f"{estimate}: has {len(models)} models; {name}, {largest}, is scored",
-                TrajectoryWarning,
-                stacklevel=2,
-            )
+            warn(f"{estimate}: has {len(models)} models; {name}, {largest}, is scored")
     else:
         poses = form.read(estimate, **settings.est_options)
     if settings.invert and not poses.has_rotations:

@@ -110,8 +110,13 @@ class Option:
 
 
 def _setting(default: Any, help: str, *, group: str = SCORING, **about: Any) -> Any:
-    """Return a field of `Settings`."""
-    return field(default=default, metadata={"option": Option(help, group=group, **about)})
+    """Return a field of `Settings`; None is a value where it is the default."""
+    option = Option(help, group=group, optional=default is None, **about)
+    return field(default=default, metadata={"option": option})
+
+
+def _matching(default: Any, help: str, **about: Any) -> Any:
+    return _setting(default, help, group=MATCHING, **about)
 
 
 def _number(default: float | None, help: str, **about: Any) -> Any:
@@ -119,7 +124,7 @@ def _number(default: float | None, help: str, **about: Any) -> Any:
 
 
 def _seconds(default: float | None, help: str, **about: Any) -> Any:
-    return _setting(default, help, group=MATCHING, number=float, timed=True, **about)
+    return _matching(default, help, number=float, timed=True, **about)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,56 +149,35 @@ class Settings:
     ValueError: weight must be a finite number from 0 to 1, not 2
     """
 
-    format: str | None = _setting(
-        None, "format of the files", group=MATCHING, choices=tuple(FORMATS), optional=True
+    format: str | None = _matching(None, "format of the files", choices=tuple(FORMATS))
+    est_format: str | None = _matching(
+        None, "format of the estimates, if it differs", choices=tuple(FORMATS)
     )
-    est_format: str | None = _setting(
-        None,
-        "format of the estimates, if it differs",
-        group=MATCHING,
-        choices=tuple(FORMATS),
-        optional=True,
-    )
-    ref_topic: str | None = _setting(
-        None, "topic of the reference in its bag", group=MATCHING, optional=True, topics=True
-    )
-    est_topic: str | None = _setting(
-        None, "topic of the estimates in their bags", group=MATCHING, optional=True, topics=True
-    )
-    columns: str | None = _setting(
+    ref_topic: str | None = _matching(None, "topic of the reference in its bag", topics=True)
+    est_topic: str | None = _matching(None, "topic of the estimates in their bags", topics=True)
+    columns: str | None = _matching(
         None,
         "what the columns of text tables hold, such as 't x y z qx qy qz qw': t_ns for stamps in "
         "ns, n for frame numbers, r11 to r33 for matrices, - for other columns",
-        group=MATCHING,
-        optional=True,
         tables=True,
     )
-    ref_columns: str | None = _setting(
-        None, "the same, for the reference alone", group=MATCHING, optional=True, tables=True
-    )
-    est_columns: str | None = _setting(
-        None, "the same, for the estimates alone", group=MATCHING, optional=True, tables=True
-    )
-    missing: str = _setting(
-        "fail",
-        "frames without a pose count as failures, or are ignored",
-        group=MATCHING,
-        choices=MISSING,
+    ref_columns: str | None = _matching(None, "the same, for the reference alone", tables=True)
+    est_columns: str | None = _matching(None, "the same, for the estimates alone", tables=True)
+    missing: str = _matching(
+        "fail", "frames without a pose count as failures, or are ignored", choices=MISSING
     )
     t_max_diff: float = _seconds(
         0.01, "largest difference between matched time stamps, in s", least=0
     )
-    sync: str = _setting(
+    sync: str = _matching(
         "interpolate",
         "compare a pose with the reference interpolated at its time, or with its nearest pose",
-        group=MATCHING,
         choices=SYNCS,
         timed=True,
     )
-    rate: float | str = _setting(
+    rate: float | str = _matching(
         10.0,
         "expected frames a second, sampled from the reference; all: each of its poses",
-        group=MATCHING,
         number=float,
         positive=True,
         least=0,
@@ -206,44 +190,35 @@ class Settings:
         "either side, and the rest of a longer gap is lost; 0: each frame needs its own pose",
         least=0,
     )
-    t_start: float | None = _seconds(None, "start of the expected frames, in s", optional=True)
-    t_end: float | None = _seconds(None, "end of the expected frames, in s", optional=True)
+    t_start: float | None = _seconds(None, "start of the expected frames, in s")
+    t_end: float | None = _seconds(None, "end of the expected frames, in s")
     t_offset: float | str = _seconds(
         0.0,
         "added to the estimate's time stamps, in s; auto: found from the rotation rates, or "
         "without rotations from the speeds; 0 if none makes them fit at least twice as well",
         words=("auto",),
     )
-    frames: FilePath | Floats | tuple[float, ...] | None = _setting(  # noqa: RUF009
+    frames: FilePath | Floats | tuple[float, ...] | None = _matching(  # noqa: RUF009
         None,
         "time stamps of the expected frames, instead of --rate, in the first column of a text "
         "file, in s or ns like the estimate (implies --missing fail)",
-        group=MATCHING,
         timed=True,
     )
-    invert: bool = _setting(
-        False, "the estimates are world-to-camera: invert them", group=MATCHING, flag=True
-    )
-    body_rotation: str = _setting(
+    invert: bool = _matching(False, "the estimates are world-to-camera: invert them", flag=True)
+    body_rotation: str = _matching(
         "none",
         "auto: remove a constant rotation of the camera frame, if one is detected",
-        group=MATCHING,
         choices=("auto", "none"),
     )
-    lever_arm: str | tuple[float, ...] | None = _setting(
+    lever_arm: str | tuple[float, ...] | None = _matching(
         None,
         "X,Y,Z: position of the reference's prism or antenna in the estimate's body frame; auto: "
         "find it with the alignment",
-        group=MATCHING,
         numbers="X,Y,Z",
         words=("auto",),
-        optional=True,
     )
     unit: float | None = _number(
-        None,
-        "d in the reference's unit (default: from the reference)",
-        positive=True,
-        optional=True,
+        None, "d in the reference's unit (default: from the reference)", positive=True
     )
     max_threshold: float = _number(1.0, "largest threshold of the TAS in units of d", positive=True)
     max_threshold_deg: float = _number(
@@ -270,7 +245,6 @@ class Settings:
         "estimate is not distinguishable from it",
         numbers="X,DEG",
         least=0,
-        optional=True,
     )
     seed: int = _setting(
         0,

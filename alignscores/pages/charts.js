@@ -94,11 +94,9 @@ const AlignmentCharts = (() => {
         pen = "L";
       } else pen = "M";
     }
-    const drawn = element("path", {
+    chart.plot.append(element("path", {
       class: "line", d: path, stroke: colour, "stroke-dasharray": dash, "stroke-width": width,
-    });
-    chart.plot.append(drawn);
-    return drawn;
+    }));
   }
 
   // An upright rule with a word next to it.
@@ -127,11 +125,6 @@ const AlignmentCharts = (() => {
 
     function show(index) {
       at = index;
-      if (index < 0) { // nothing is picked
-        rule.removeAttribute("d");
-        readout.textContent = "";
-        return;
-      }
       const x = chart.x(places[index]);
       rule.setAttribute("d", `M${x} ${chart.top}V${chart.height - chart.bottom}`);
       const text = describe(index);
@@ -161,18 +154,16 @@ const AlignmentCharts = (() => {
       event.preventDefault();
       move(at < 0 ? 0 : at + steps[event.key]);
     });
-    return { move, show };
   }
 
   // Curves over places on a logarithmic axis, { values, colour, dash, … }, with a rule at the place that
   // is set, if it is one of these, and a cursor; other options go to the frame.
-  function curves(host, { places, unit, lines, at, word = "here", describe, name, ...options }) {
+  function curves(host, { places, unit, lines, at, describe, name, ...options }) {
     const [low, high] = [places[0], places.at(-1)];
     const chart = frame(host, { ...options, x: { domain: [low, high], log: true, label: `largest threshold, ${unit}` } });
     for (const { values, ...look } of lines) line(chart, values.map((value, k) => [places[k], value]), look);
-    if (at >= low && at <= high) rule(chart, at, word);
+    if (at >= low && at <= high) rule(chart, at, "here");
     cursor(chart, { places, describe, name });
-    return chart;
   }
 
   // Calls `draw` now, and whenever the width of the host changes.

@@ -10,23 +10,22 @@ import numpy as np
 
 from ..arrays import Floats
 from ..comparison.baseline import Changes
-from ..comparison.comparison import Comparison, settings_of_run
-from ..comparison.runs import Outcome, reference_of
+from ..comparison.comparison import Comparison
+from ..comparison.runs import Outcome
 from ..comparison.summary import Summary
 from ..comparison.tables import as_html, conditions, legend, tables
-from ..evaluation.notes import collected_warnings
 from ..texts import printable
 from .document import data_element, document, packed, source
 from .drawings import colour_and_dash, dots, errors_over_time, forest, style
 from .estimates import page_without_data
-from .sequences import sequences_data
+from .sequences import reference_on, sequences_data
 
 __all__ = ["page"]
 
 
 # Quantiles of the errors of a system on a sequence; their scores are within 0.00125.
 N_QUANTILES = 400
-SCRIPTS = "scores.js", "charts.js", "controls.js", "tables.js", "page.js"
+SCRIPTS = "scores.js", "charts.js", "controls.js", "page.js"
 MOST = 15  # megabytes of trajectories
 
 
@@ -185,10 +184,7 @@ def _errors(comparison: Comparison, sequence: str) -> str:
     shown = {comparison.summary.system_names[a]: own for a, own in runs.items() if own}
     if not shown:
         return "<p>No run was scored.</p>"
-    run = next(r.run for r in summary.results if r.run.sequence == sequence and not r.failed)
-    of_run = settings_of_run(comparison.benchmark, run, settings)
-    with collected_warnings():  # the comparison has printed them
-        keys = reference_of(comparison.benchmark.references[sequence], of_run).keys
+    keys = reference_on(comparison, sequence)[0].keys
     timed = keys.dtype.kind == "f"
     return errors_over_time(
         shown,

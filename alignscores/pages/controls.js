@@ -93,15 +93,5 @@ const AlignmentControls = (() => {
     };
   }
 
-  // What is computed once for a key.
-  function memory() {
-    const known = new Map();
-    return (key, compute) => {
-      if (known.size > 1000) known.clear();
-      if (!known.has(key)) known.set(key, compute());
-      return known.get(key);
-    };
-  }
-
-  return Object.freeze({ WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked });
+  return Object.freeze({ WEIGHTS, at, controls, data, roundNumbers, setting, unpacked });
 })();

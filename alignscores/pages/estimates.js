@@ -3,7 +3,7 @@
   "use strict";
   const { cursor, curves, element, frame, html, line, number, responsive } = AlignmentCharts;
   const { WEIGHTS, at, controls, data, roundNumbers, setting, unpacked } = AlignmentControls;
-  const { score, pas, profile } = AlignmentScores;
+  const { score, pas } = AlignmentScores;
   const run = data.settings;
   const KINDS = { position: { name: "TAS", word: data.unit, unit: run.unit }, rotation: { name: "RAS", word: "deg", unit: 1 } };
   const COLOURS = ["#1d4f91", "#b3411c", "#14613a", "#7a3c93", "#8a6100", "#00707a", "#a8225d", "#555b63"];
@@ -193,7 +193,7 @@
     const middle = kind === "position" ? run.unit : 10;
     const places = Array.from({ length: 40 }, (_, k) => middle / 30 * 900 ** (k / 39));
     return (host) => {
-      const lines = withErrors(kind).map((one) => ({ ...one, values: profile(one.scored[state.missing][kind], places) }));
+      const lines = withErrors(kind).map((one) => ({ ...one, values: places.map((unit) => score(one.scored[state.missing][kind], unit)) }));
       const { name, word } = KINDS[kind];
       curves(host, {
         ...MARGINS, label: `${name} over its largest threshold`, name: `${name} over its largest threshold`,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
-from ..evaluation.evaluation import LOST, Evaluation, finite_or_none
+from ..evaluation.evaluation import LOST, Evaluation, finite_or_none, median
 from ..evaluation.settings import Settings
 from ..texts import printable
 from ..trajectories.files import Trajectory
@@ -108,16 +108,11 @@ def _estimate_data(estimate: Estimate, centre: Floats) -> dict[str, Any]:
         "rotation": packed(errors[1], "<f8"),
         "positions": packed(estimate.positions - centre, "<f4"),
         "half": [finite_or_none(value) for value in estimate.half],
-        "median": [_median(values) for values in errors],
+        "median": [finite_or_none(median(values)) for values in errors],
         "ate": estimate.ate,
         "tracked": estimate.tracked,
         "notes": estimate.notes,
     }
-
-
-def _median(errors: Floats) -> float | None:
-    finite = errors[np.isfinite(errors)]
-    return float(np.median(finite)) if len(finite) else None
 
 
 def _cameras(keys: NDArray[Any]) -> dict[str, Any]:

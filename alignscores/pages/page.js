@@ -1,15 +1,33 @@
-// The first table is sorted by any column.
+// The first table is sorted by any column; without this it stands there complete.
 (() => {
   "use strict";
   const table = document.querySelector("#overall table");
-  AlignmentTables.sortable(table, ["descending", "ascending"], () => table.tBodies[0].rows);
+  const headers = [...table.tHead.rows[0].cells];
+  const texts = new Intl.Collator("en", { numeric: true });
+  const keyOf = ({ dataset, textContent }) => ("key" in dataset ? Number(dataset.key) : textContent.trim());
+  const compare = (one, other) => (typeof one === "string" ? texts.compare(one, other) : one - parseFloat(other));
+  headers.forEach((header, column) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.append(...header.childNodes);
+    header.append(button);
+    header.setAttribute("aria-sort", "none");
+    button.addEventListener("click", () => {
+      const direction = header.getAttribute("aria-sort") === "descending" ? "ascending" : "descending";
+      const sign = direction === "ascending" ? 1 : -1;
+      headers.forEach((other) => other.setAttribute("aria-sort", other === header ? direction : "none"));
+      const keyed = [...table.tBodies[0].rows].map((row) => [keyOf(row.cells[column]), row]);
+      keyed.sort(([one], [other]) => sign * compare(one, other));
+      table.tBodies[0].append(...keyed.map(([, row]) => row));
+    });
+  });
 })();
 
 // The scores of all systems at any thresholds, from quantiles of the errors of all runs.
 (() => {
   "use strict";
   const { curves, html, number, responsive } = AlignmentCharts;
-  const { WEIGHTS, at, controls, data, memory, roundNumbers, setting, unpacked } = AlignmentControls;
+  const { WEIGHTS, at, controls, data, roundNumbers, setting, unpacked } = AlignmentControls;
   const { mean, pas, score } = AlignmentScores;
   const KINDS = { position: { name: "TAS", unit: "d" }, rotation: { name: "RAS", unit: "degrees" } };
   const UNITS = { position: geometric(0.02, 100), rotation: geometric(0.05, 180) };
@@ -41,10 +59,11 @@
     return mean(tried.map((one) => score(one[kind], unit)));
   }
   const write = (value) => (Number.isNaN(value) ? "not tried" : value.toFixed(3));
-  const once = memory(); // profiles depend on two of the settings alone
+  const known = new Map(); // profiles, which depend on two of the settings alone
   function profileOf(system, kind) {
     const key = [system, kind, state.sequence].join();
-    return once(key, () => UNITS[kind].map((unit) => scoreOf(system, kind, unit)));
+    if (!known.has(key)) known.set(key, UNITS[kind].map((unit) => scoreOf(system, kind, unit)));
+    return known.get(key);
   }
 
   const showControls = controls({

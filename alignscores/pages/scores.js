@@ -29,12 +29,7 @@ const AlignmentScores = (() => {
     return weight * tas + (1 - weight) * ras;
   }
 
-  // The score at each of several units.
-  function profile(errors, units, options) {
-    return Array.from(units, (unit) => score(errors, unit, options));
-  }
-
   const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
-  return Object.freeze({ score, pas, profile, mean });
+  return Object.freeze({ score, pas, mean });
 })();

@@ -8,11 +8,13 @@ from ..comparison.runs import reference_of
 from ..comparison.summary import Result, Summary
 from ..evaluation.evaluation import LOST
 from ..evaluation.notes import collected_warnings
+from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..texts import printable
+from ..trajectories.files import Trajectory
 from .estimates import Estimate, page_data
 
-__all__ = ["sequences_data"]
+__all__ = ["reference_on", "sequences_data"]
 
 
 def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]:
@@ -30,24 +32,25 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
         ]
         if not estimates:
             continue
-        run, unit = next(
-            (result.run, result.outcome.unit)
-            for result in summary.results
-            if result.run.sequence == sequence and not result.failed
-        )
-        file = benchmark.references[sequence]
-        settings = settings_of_run(benchmark, run, comparison.settings)
-        with collected_warnings():  # the comparison has printed them
-            reference = reference_of(file, settings)
+        reference, settings = reference_on(comparison, sequence)
         data[sequence] = page_data(
             f"{summary.sequence_names[sequence]}: one run of each system",
             reference,
-            printable(Path(file).name),
+            printable(Path(benchmark.references[sequence]).name),
             estimates,
             settings,
-            unit,
+            summary.unit(sequence),
         )
     return data
+
+
+def reference_on(comparison: Comparison, sequence: str) -> tuple[Trajectory, Settings]:
+    """Return the reference of a sequence, and the settings of a scored run there."""
+    scored = (result.run for result in comparison.summary.results if not result.failed)
+    run = next(run for run in scored if run.sequence == sequence)
+    settings = settings_of_run(comparison.benchmark, run, comparison.settings)
+    with collected_warnings():  # the comparison has printed them
+        return reference_of(comparison.benchmark.references[sequence], settings), settings
 
 
 def _middle(summary: Summary, by: str, system: str, sequence: str) -> Result | None:

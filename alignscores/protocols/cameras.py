@@ -55,14 +55,7 @@ class Cameras:
 
     def matched(self) -> "Cameras":
         """Return the cameras with an estimate."""
-        rows = self.estimated
-        return Cameras(
-            self.gt_rotations[rows],
-            self.gt[rows],
-            self.est_rotations[rows],
-            self.est[rows],
-            rows[rows],
-        )
+        return Cameras(*(array[self.estimated] for array in vars(self).values()))
 
 
 def check_choice(value: str, choices: Iterable[str], name: str) -> None:

@@ -19,7 +19,17 @@ from .files import Trajectory, TrajectoryWarning
 from .files.stamps import TIME_UNITS, time_unit
 from .timeline import covered_frames, nearest_stamps, reference_at, reference_gap, sampled_rows
 
-__all__ = ["MISSING", "SYNCS", "Matches", "Timing", "checked", "in_order", "match", "unit_hint"]
+__all__ = [
+    "MISSING",
+    "SYNCS",
+    "Matches",
+    "Timing",
+    "checked",
+    "in_order",
+    "match",
+    "unit_hint",
+    "warn",
+]
 
 MISSING = ("fail", "ignore")
 SYNCS = ("interpolate", "nearest")
@@ -130,14 +140,8 @@ def match(
     if missing == "fail":
         return matches
     scored = matches.est_rows >= 0
-    return replace(
-        matches,
-        keys=matches.keys[scored],
-        gt_poses=matches.gt_poses[scored],
-        est_poses=matches.est_poses[scored],
-        gt_rows=matches.gt_rows[scored],
-        est_rows=matches.est_rows[scored],
-    )
+    names = "keys", "gt_poses", "est_poses", "gt_rows", "est_rows"
+    return replace(matches, **{name: getattr(matches, name)[scored] for name in names})
 
 
 def in_order(reference: Trajectory) -> Trajectory:
@@ -297,7 +301,7 @@ def _partners(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> Indices:
             partners[rows] = partners_of_rows
             if not whole:
                 first, second = ref[rows[0]], est[partners_of_rows[0]]
-                _warn(f"images are matched by the end of their path: {first!r} and {second!r}")
+                warn(f"images are matched by the end of their path: {first!r} and {second!r}")
             return partners
     what = "image names" if names else "frame numbers"
     raise ValueError(
@@ -422,24 +426,19 @@ def _first_rows(keys: NDArray[Any], whose: str, there: Booleans | None = None) -
         backwards = np.diff(keys) < 0
         if backwards.any():
             row = int(np.argmax(backwards)) + 1
-            _warn(
+            warn(
                 f"the time stamps of the {whose} are not in order (first at pose {row + 1}, "
                 f"{keys[row]:.6f} s); sorted"
             )
         rows = np.argsort(keys, kind="stable")
     if there is not None:
         rows = rows[there[rows]]
-    first = rows[_is_first(keys[rows])]
+    first = rows[np.sort(np.unique(keys[rows], return_index=True)[1])]
     if whose == "reference" and len(first) < len(rows):
-        _warn(f"duplicate stamps or names in the reference, left out: {len(rows) - len(first)}")
+        warn(f"duplicate stamps or names in the reference, left out: {len(rows) - len(first)}")
     return first
 
 
-def _is_first(values: NDArray[Any]) -> Booleans:
-    first = np.zeros(len(values), dtype=bool)
-    first[np.unique(values, return_index=True)[1]] = True
-    return first
-
-
-def _warn(message: str) -> None:
+def warn(message: str) -> None:
+    """Warn of what is unusual in a trajectory."""
     warnings.warn(message, TrajectoryWarning, stacklevel=4)

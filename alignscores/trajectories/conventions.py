@@ -241,13 +241,8 @@ def _axes_of_turns(rotations: Floats) -> Floats:
             for k in (n // 10, n // 4, n // 2)
         ]
     )
-    return np.column_stack(
-        [
-            turns[:, 2, 1] - turns[:, 1, 2],
-            turns[:, 0, 2] - turns[:, 2, 0],
-            turns[:, 1, 0] - turns[:, 0, 1],
-        ]
-    )
+    parts = (2, 1), (0, 2), (1, 0)
+    return np.column_stack([turns[:, i, j] - turns[:, j, i] for i, j in parts])
 
 
 def _approximate_ras(gt: Floats, est: Floats) -> float:

@@ -15,7 +15,7 @@ class Format:
     help: str  # what a file holds
     example: str  # arguments of the command
     read: Callable[..., files.Trajectory]
-    missing: bool  # not where each line of the reference has one of the estimate
+    missing: bool = True  # not where each line of the reference has one of the estimate
     unit: str = "m"  # name of the reference's unit of length
     timed: bool = False  # whether poses are matched by time stamps
     quaternions: bool = False  # whether rotations are quaternions
@@ -35,7 +35,6 @@ FORMATS = {
         "text tables, 'timestamp tx ty tz qx qy qz qw' or with a header that names the columns",
         "groundtruth.txt orb_slam.txt dso.txt",
         files.read_tum,
-        True,
         timed=True,
         quaternions=True,
         tables=True,
@@ -45,7 +44,7 @@ FORMATS = {
         "a 3x4 or 4x4 camera-to-world matrix a line, matched by line; 12 nan for a lost frame",
         "00_gt.txt 00_est.txt --save_plot 00.png",
         files.read_kitti,
-        False,
+        missing=False,
         tables=True,
         aligned="KITTI",
     ),
@@ -53,7 +52,6 @@ FORMATS = {
         "EuRoC's data.csv as reference; estimates like it, or in TUM format",
         "data.csv vio.txt --t_max_diff 0.02 --json > scores.json",
         files.read_euroc,
-        True,
         timed=True,
         quaternions=True,
         tables=True,
@@ -63,7 +61,6 @@ FORMATS = {
         "folders of COLMAP models, matched by image name; an estimate may be a folder of several",
         "reference/sparse/0 mine/sparse/0 --save_results mine.zip",
         files.read_colmap,
-        True,
         unit="units",
         quaternions=True,
         ordered=False,
@@ -73,13 +70,11 @@ FORMATS = {
         "folders with one 4x4 matrix per file (7-Scenes, ScanNet), matched by number in the name",
         "scene0000_00/pose estimate/pose",
         files.read_matrices,
-        True,
     ),
     "arrays": Format(
         "NumPy's .npy or .npz with (n,4,4) or (n,3,4) matrices, matched by their stamps or rows",
         "reference.npz vggt.npz",
         files.read_arrays,
-        True,
         timed=True,
         aligned="TUM or KITTI",
     ),
@@ -87,7 +82,6 @@ FORMATS = {
         "bags of ROS 1 and 2, and MCAP, read by evo; an estimate may be a TUM file",
         "run.mcap run.mcap --ref_topic /gt --est_topic /odom",
         files.read_bag,
-        True,
         timed=True,
         quaternions=True,
         topics=True,
@@ -97,7 +91,6 @@ FORMATS = {
         "transforms.json, or nerfstudio's exported cameras, matched by file_path",
         "transforms.json estimate.json --body_rotation auto",
         files.read_nerf,
-        True,
         unit="units",
         ordered=False,
     ),

@@ -6,27 +6,11 @@ from .files import STDIN, FileError, FilePath
 from .files.matrices import files_of_matrices
 from .files.tables import open_table
 from .files.text import numbered_lines
-from .formats import FORMATS
 
-__all__ = ["recognise", "recognise_pair"]
+__all__ = ["recognise"]
 
 SUFFIXES = {".bag": "bag", ".mcap": "bag", ".db3": "bag", ".npy": "arrays", ".npz": "arrays"}
 NAME_IT = "name the format: alignscores FORMAT REF EST"
-
-
-def recognise_pair(
-    reference: FilePath,
-    estimate: FilePath,
-    ref_columns: str | None = None,
-    est_columns: str | None = None,
-) -> tuple[str, str]:
-    """Return the formats of a reference and of an estimate, both with image names or without."""
-    names = recognise(reference, ref_columns), recognise(estimate, est_columns)
-    if FORMATS[names[0]].ordered != FORMATS[names[1]].ordered:
-        raise ValueError(
-            f"{reference} is in the format {names[0]}, {estimate} in {names[1]}: no match"
-        )
-    return names
 
 
 def recognise(path: FilePath, columns: str | None = None) -> str:

@@ -3,36 +3,32 @@
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from alignscores.arrays import Floats
 
 __all__ = ["OUTLIERS"]
 
-Cameras = NDArray[np.int64] | slice
-
 CLUSTER_SCALES = (0.5, 2.0)  # of a wrongly merged component, log-uniform
 
 
 def _uniform(
     rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, side: float
-) -> Cameras:
+) -> None:
     """Put random cameras anywhere in the cube, with random rotations."""
     if count == 0:
-        return slice(0)
+        return
     outliers = rng.choice(len(positions), size=count, replace=False)
     positions[outliers] = rng.uniform(-side / 2, side / 2, size=(count, 3))
     rotations[outliers] = Rotation.random(count, rng=rng).as_matrix()
-    return outliers
 
 
 def _cluster(
     rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, side: float
-) -> Cameras:
+) -> None:
     """Move consecutive cameras by one similarity, to a place in the cube: a wrong merge."""
     if count == 0:
-        return slice(0)
+        return
     first = rng.integers(len(positions) - count, endpoint=True)
     part = slice(first, first + count)
     rotation = Rotation.random(rng=rng).as_matrix()
@@ -41,22 +37,20 @@ def _cluster(
     local = positions[part] - positions[part].mean(axis=0)
     positions[part] = scale * local @ rotation.T + centre
     rotations[part] = rotation @ rotations[part]
-    return part
 
 
 def _frozen(
     _rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, _: float
-) -> Cameras:
+) -> None:
     """Lose track before the last cameras, and stay with the last pose."""
     last = len(positions) - count - 1
     positions[last:] = positions[last]
     rotations[last:] = rotations[last]
-    return slice(last + 1, None)
 
 
 def _diverging(
     _rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, _: float
-) -> Cameras:
+) -> None:
     """Lose track before the last cameras, and repeat the last motion (constant velocity)."""
     last = len(positions) - count - 1
     back = rotations[last - 1].T
@@ -64,27 +58,22 @@ def _diverging(
     for i in range(last + 1, len(positions)):
         positions[i] = positions[i - 1] + rotations[i - 1] @ step
         rotations[i] = rotations[i - 1] @ turn
-    return slice(last + 1, None)
 
 
 def _missing(
     rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, _: float
-) -> Cameras:
+) -> None:
     """Estimate no pose for random cameras: their rows are not finite."""
     missing = rng.choice(len(positions), size=count, replace=False)
     positions[missing] = np.nan
     rotations[missing] = np.nan
-    return missing
 
 
-OUTLIERS: Mapping[str, Callable[[np.random.Generator, Floats, Floats, int, float], Cameras]] = {
+OUTLIERS: Mapping[str, Callable[[np.random.Generator, Floats, Floats, int, float], None]] = {
     "uniform": _uniform,
     "cluster": _cluster,
     "frozen": _frozen,
     "diverging": _diverging,
     "missing": _missing,
 }
-"""Each kind with the function that makes a number of estimated cameras outliers, in place.
-
-It returns which ones.
-"""
+"""Each kind with the function that makes a number of estimated cameras outliers, in place."""

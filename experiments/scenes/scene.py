@@ -28,7 +28,6 @@ class Scene:
     gt_positions: Floats  # camera centres
     est_rotations: Floats
     est_positions: Floats
-    is_outlier: Booleans
 
     @cached_property
     def estimated(self) -> "Scene":
@@ -88,8 +87,7 @@ def make_scene(
     )
     rotations = Rotation.from_rotvec(rotvecs).as_matrix() @ gt_rotations
     positions = gt_positions + displacements
-    is_outlier = np.zeros(n_cameras, dtype=np.bool_)
-    is_outlier[OUTLIERS[outliers](rng, rotations, positions, n_outliers, outlier_side)] = True
+    OUTLIERS[outliers](rng, rotations, positions, n_outliers, outlier_side)
 
     world = Rotation.random(rng=rng).as_matrix()
     scale = np.exp(rng.uniform(*np.log(SCALE_RANGE)))
@@ -99,5 +97,4 @@ def make_scene(
         gt_positions=gt_positions,
         est_rotations=world @ rotations,
         est_positions=scale * positions @ world.T + origin,
-        is_outlier=is_outlier,
     )
