@@ -328,7 +328,7 @@
   document.querySelectorAll(".unit").forEach((place) => { place.textContent = `[${data.unit}]`; });
   text("alignment", "At other thresholds the scores keep the run's alignment; the command aligns anew, so its TAS may be slightly higher.");
   at("notes").append(...estimates.flatMap((one) => one.notes).map((note) => html("li", {}, note)));
-  text("origin", `alignscores ${data.version}, from ${data.reference} and ${estimates.map((one) => one.file).join(", ")}`);
+  text("origin", `alignscores ${data.version}`);
   at("ramp").querySelector(".ramp").style.background = `linear-gradient(90deg, ${RAMP.join(", ")})`;
   document.querySelectorAll(".rotations").forEach((part) => { part.hidden = !hasRotations; });
   const charts = [[scene, drawScene], [at("bands"), () => bandChart(at("bands"))]];

@@ -26,7 +26,6 @@ class Estimate:
     """An estimate on the page; arrays have an entry for each expected frame."""
 
     name: str
-    file: str
     rows: Indices  # in the reference
     lost: Booleans  # whether `--missing ignore` leaves the frame out
     position_errors: Floats  # infinite for failures
@@ -43,10 +42,10 @@ def page(scored: Sequence[Evaluation], file: str = "reference") -> str:
     estimates = [_estimate(evaluation) for evaluation in scored]
     names = ", ".join(estimate.name for estimate in estimates[:3])
     more = f" and {len(estimates) - 3} more" if estimates[3:] else ""
-    first, reference = scored[0], printable(Path(file).name)
-    title = f"{names}{more} against {reference}"
+    first = scored[0]
+    title = f"{names}{more} against {printable(Path(file).name)}"
     unit = first.result.tas.unit
-    return _document(page_data(title, first.reference, reference, estimates, first.settings, unit))
+    return _document(page_data(title, first.reference, estimates, first.settings, unit))
 
 
 def page_without_data() -> list[str]:
@@ -67,7 +66,6 @@ def _document(data: dict[str, Any]) -> str:
 def page_data(
     title: str,
     reference: Trajectory,
-    file: str,
     estimates: Sequence[Estimate],
     settings: Settings,
     unit: float,
@@ -81,7 +79,6 @@ def page_data(
         "version": __version__,
         "unit": settings.form.unit,
         "ordered": settings.form.ordered,
-        "reference": file,
         "cameras": _cameras(reference.keys),
         "positions": packed(positions - centre, "<f4"),
         "breaks": rows[breaks(times)].tolist(),
@@ -101,7 +98,6 @@ def _estimate_data(estimate: Estimate, centre: Floats) -> dict[str, Any]:
     errors = estimate.position_errors, estimate.rotation_errors
     return {
         "name": estimate.name,
-        "file": estimate.file,
         "rows": packed(estimate.rows, "<u4"),
         "lost": packed(estimate.lost, "u1"),
         "position": packed(errors[0], "<f8"),
@@ -127,7 +123,6 @@ def _estimate(evaluation: Evaluation) -> Estimate:
     result = evaluation.result
     return Estimate(
         name=evaluation.name,
-        file=printable(Path(evaluation.file).name),
         rows=evaluation.matches.expected_rows,
         lost=over_expected(evaluation, evaluation.statuses, LOST) == LOST,
         position_errors=over_expected(evaluation, result.tas.errors, np.inf),

@@ -1,6 +1,5 @@
 """The page of trajectories of each sequence: one run of each system against the reference."""
 
-from pathlib import Path
 from typing import Any
 
 from ..comparison.comparison import Comparison, settings_of_run
@@ -22,7 +21,7 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
 
     It shows one run of each system: of the scored ones the one in the middle by a metric.
     """
-    summary, benchmark = comparison.summary, comparison.benchmark
+    summary = comparison.summary
     data = {}
     for sequence in summary.sequences:
         estimates = [
@@ -36,7 +35,6 @@ def sequences_data(comparison: Comparison, by: str) -> dict[str, dict[str, Any]]
         data[sequence] = page_data(
             f"{summary.sequence_names[sequence]}: one run of each system",
             reference,
-            printable(Path(benchmark.references[sequence]).name),
             estimates,
             settings,
             summary.unit(sequence),
@@ -73,7 +71,6 @@ def _estimate(result: Result, summary: Summary) -> Estimate:
     scores = outcome.scores
     return Estimate(
         name=name,
-        file=printable(Path(run.file or "").name),
         rows=outcome.rows,
         lost=outcome.statuses == LOST,
         position_errors=outcome.position_errors,
