@@ -1,4 +1,4 @@
-// Drawing for the interactive pages: axes, lines, direct labels, and a cursor for pointer and keyboard.
+// Drawing for the page of estimates: axes, lines, direct labels, and a cursor for pointer and keyboard.
 const AlignmentCharts = (() => {
   "use strict";
   const NAMESPACE = "http://www.w3.org/2000/svg";
@@ -156,16 +156,6 @@ const AlignmentCharts = (() => {
     });
   }
 
-  // Curves over places on a logarithmic axis, { values, colour, dash, … }, with a rule at the place that
-  // is set, if it is one of these, and a cursor; other options go to the frame.
-  function curves(host, { places, unit, lines, at, describe, name, ...options }) {
-    const [low, high] = [places[0], places.at(-1)];
-    const chart = frame(host, { ...options, x: { domain: [low, high], log: true, label: `largest threshold, ${unit}` } });
-    for (const { values, ...look } of lines) line(chart, values.map((value, k) => [places[k], value]), look);
-    if (at >= low && at <= high) rule(chart, at, "here");
-    cursor(chart, { places, describe, name });
-  }
-
   // Calls `draw` now, and whenever the width of the host changes.
   function responsive(host, draw) {
     let width = 0;
@@ -178,5 +168,5 @@ const AlignmentCharts = (() => {
     observer.observe(host);
   }
 
-  return Object.freeze({ cursor, curves, element, frame, html, line, number, responsive });
+  return Object.freeze({ cursor, element, frame, html, line, number, responsive, rule });
 })();

@@ -1,4 +1,4 @@
-"""One self-contained page: verdict, tables, drawings, sliders and trajectories."""
+"""One self-contained page: verdict, tables, drawings and trajectories."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -8,24 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats
 from ..comparison.baseline import Changes
 from ..comparison.comparison import Comparison
 from ..comparison.runs import Outcome
 from ..comparison.summary import Summary
 from ..comparison.tables import as_html, conditions, legend, tables
 from ..texts import printable
-from .document import data_element, document, packed, source
-from .drawings import colour_and_dash, dots, errors_over_time, forest, style
+from .document import data_element, document, source
+from .drawings import dots, errors_over_time, forest, style
 from .estimates import page_without_data
 from .sequences import reference_on, sequences_data
 
 __all__ = ["page"]
 
-
-# Quantiles of the errors of a system on a sequence; their scores are within 0.00125.
-N_QUANTILES = 400
-SCRIPTS = "scores.js", "charts.js", "controls.js", "page.js"
 MOST = 15  # megabytes of trajectories
 
 
@@ -56,8 +51,7 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
         f"<header><h1>{escape(title)}</h1>{lead}"
         f'<nav aria-label="Sections"><ul>{links}</ul></nav></header>\n<main>{body}</main>',
         styles=("style.css", "page.css"),
-        scripts=SCRIPTS,
-        data=_data(comparison),
+        scripts=["page.js"],
         allowed="frame-src blob:",
     )
 
@@ -69,7 +63,6 @@ def _short(file: str) -> str:
 def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     """Return name, heading and content of each section."""
     summary, settings = comparison.summary, comparison.settings
-    key = _key(summary)
     overall, by_sequence = tables(summary, by)
     notes = [*legend(summary, settings), *conditions(settings)]
     pairs = summary.pairs_by(by)
@@ -81,31 +74,10 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
         ("sequences", f"{by} by sequence", as_html(by_sequence)),
         ("differences", f"Differences in {by}", forest(pairs, by, summary.system_names)),
         ("runs", f"{by} of each run", _panels(runs)),
-        ("errors", "Errors over time", key + source("bands.html") + _panels(errors)),
-        ("thresholds", "Scores at other thresholds", source("thresholds.html") + key),
+        ("errors", "Errors over time", _key(summary) + source("bands.html") + _panels(errors)),
         ("trajectories", "Trajectories, camera by camera", trajectories),
     ]
     return [section for section in sections if pairs or section[0] != "differences"]
-
-
-def _data(comparison: Comparison) -> dict[str, Any]:
-    """Return what the scripts read."""
-    summary, settings = comparison.summary, comparison.settings
-    key = sorted(summary.systems)
-    return {
-        "systems": [summary.system_names[system] for system in summary.systems],
-        "lines": [colour_and_dash(key.index(system)) for system in summary.systems],
-        "sequences": [summary.sequence_names[sequence] for sequence in summary.sequences],
-        "setting": {
-            "threshold": settings.max_threshold,
-            "degrees": settings.max_threshold_deg,
-            "weight": settings.weight,
-        },
-        "errors": [
-            [_pooled_errors(summary, system, sequence) for system in summary.systems]
-            for sequence in summary.sequences
-        ],
-    }
 
 
 def _list(lines: Sequence[str]) -> str:
@@ -144,37 +116,6 @@ def _runs(summary: Summary, by: str, sequence: str) -> str:
             scored = [r.outcome.scores[by] for r in summary.of(system, sequence) if not r.failed]
             values[summary.system_names[system] + failed] = scored
     return dots(values, by)
-
-
-def _pooled_errors(summary: Summary, system: str, sequence: str) -> dict[str, str] | None:
-    """Return quantiles of the errors of all runs: of positions in d, and of rotations.
-
-    None where the system was not tried.
-    """
-    runs = _outcomes(summary, system, sequence)
-    n_runs = len(summary.of(system, sequence))
-    if not n_runs:
-        return None
-    return {
-        "position": _quantiles([run.position_errors / run.unit for run in runs], n_runs),
-        "rotation": _quantiles([run.rotation_errors for run in runs], n_runs),
-    }
-
-
-def _quantiles(errors: Sequence[Floats], n_runs: int) -> str:
-    """Return equally spaced quantiles of errors, packed; each run counts the same.
-
-    Runs that failed, or are missing, have infinite errors.
-    """
-    together = np.concatenate([*errors, [np.inf]])
-    share = np.concatenate(
-        [*(np.full(len(of_run), 1 / len(of_run)) for of_run in errors), [np.inf]]
-    )
-    order = np.argsort(together, kind="stable")
-    reached = np.cumsum(share[order]) / n_runs
-    wanted = (np.arange(N_QUANTILES) + 0.5) / N_QUANTILES
-    values = together[order][np.searchsorted(reached, wanted)]
-    return packed(values, "<f4")
 
 
 def _errors(comparison: Comparison, sequence: str) -> str:

@@ -13,7 +13,7 @@ from ..comparison.summary import Pair
 from ..comparison.tables import number
 from ..comparison.verdicts import difference_text, p_text
 
-__all__ = ["colour_and_dash", "dots", "errors_over_time", "forest", "style"]
+__all__ = ["dots", "errors_over_time", "forest", "style"]
 
 DASHES = "none", "6 3", "2 3", "8 3 2 3", "12 2"  # of curves, for greyscale
 N_COLOURS = 8

@@ -1,9 +1,10 @@
 // The page of estimates: their scores at any thresholds, trajectories, and errors over time.
 (() => {
   "use strict";
-  const { cursor, curves, element, frame, html, line, number, responsive } = AlignmentCharts;
-  const { WEIGHTS, at, controls, data, roundNumbers, setting, unpacked } = AlignmentControls;
+  const { cursor, element, frame, html, line, number, responsive, rule } = AlignmentCharts;
+  const { at, controls, roundNumbers } = AlignmentControls;
   const { score, pas } = AlignmentScores;
+  const data = JSON.parse(at("data").textContent);
   const run = data.settings;
   const KINDS = { position: { name: "TAS", word: data.unit, unit: run.unit }, rotation: { name: "RAS", word: "deg", unit: 1 } };
   const COLOURS = ["#1d4f91", "#b3411c", "#14613a", "#7a3c93", "#8a6100", "#00707a", "#a8225d", "#555b63"];
@@ -17,7 +18,8 @@
   const given = (value) => (value === null ? "–" : number(value));
   const text = (id, words) => { at(id).textContent = words; };
 
-  // Data.
+  // Numbers of a kind, such as Float32Array, from the base64 of their bytes.
+  const unpacked = (Kind, packed) => new Kind(Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0)).buffer);
   const reference = unpacked(Float32Array, data.positions);
   const stamps = data.cameras.stamps && unpacked(Float64Array, data.cameras.stamps);
   const timeOf = (row) => (stamps ? stamps[row] - stamps[0] : row);
@@ -33,11 +35,8 @@
       rotation: unpacked(Float64Array, packed.rotation),
       positions: unpacked(Float32Array, packed.positions),
     };
-    const without = (errors) => errors.filter((_, camera) => !one.lost[camera]);
-    one.scored = {
-      fail: { position: one.position, rotation: one.rotation },
-      ignore: { position: without(one.position), rotation: without(one.rotation) },
-    };
+    const counted = (errors) => errors.filter((_, camera) => run.missing === "fail" || !one.lost[camera]);
+    one.scored = { position: counted(one.position), rotation: counted(one.rotation) };
     one.cameraOf = new Map(Array.from(one.rows, (row, camera) => [row, camera]));
     return one;
   });
@@ -45,23 +44,14 @@
   const hasRotations = withErrors("rotation").length > 0;
   const rows = Array.from(new Set(estimates.flatMap((one) => [...one.rows]))).sort((a, b) => a - b);
 
-  // State, with the keys of the address.
-  const saved = setting({
-    threshold: [run.threshold, positive],
-    degrees: [run.degrees, positive],
-    weight: [run.weight, (value) => value >= 0 && value <= 1],
-    missing: [run.missing, (value) => value === "fail" || value === "ignore"],
-    colour: [estimates.length > 1 ? "estimate" : "position", (value) => value === "estimate" || Object.hasOwn(KINDS, value)],
-    camera: [-1, (value) => rows.includes(value)],
-    turn: [0, Number.isFinite],
-    tilt: [0, (value) => Math.abs(value) <= 90],
-    near: [1, positive],
-  }, render);
-  const { state } = saved;
-  const SETTING = ["threshold", "degrees", "weight", "missing"];
+  // The sliders, and what the drawings show.
+  const state = {
+    threshold: run.threshold, degrees: run.degrees, weight: run.weight,
+    colour: estimates.length > 1 ? "estimate" : "position", camera: -1, turn: 0, tilt: 0, near: 1,
+  };
   const factor = (kind) => (kind === "position" ? state.threshold : state.degrees);
   const largest = (kind) => KINDS[kind].unit * factor(kind);
-  const scoreOf = (kind, one) => (!withErrors(kind).includes(one) ? NaN : score(one.scored[state.missing][kind], KINDS[kind].unit, { maxThreshold: factor(kind) }));
+  const scoreOf = (kind, one) => (!withErrors(kind).includes(one) ? NaN : score(one.scored[kind], KINDS[kind].unit, factor(kind)));
 
   // The table, of the same columns as the command's: one row an estimate, filled anew.
   const swatch = ({ colour, dash }) => {
@@ -83,24 +73,22 @@
       ];
       cells[index].forEach((cell, column) => { cell.textContent = values[column]; });
     });
-    const isRun = saved.isDefault(SETTING);
+    const isRun = ["threshold", "degrees", "weight"].every((key) => state[key] === run[key]);
     const rotations = hasRotations ? ` and ${number(state.degrees)} degrees, weight ${number(state.weight)}` : "";
     text("setting", `Up to ${number(state.threshold)} d${rotations}, lost frames `
-      + `${state.missing === "fail" ? "score 0" : "are left out"}: ${isRun ? "as in the run" : "not as in the run"}.`);
+      + `${run.missing === "fail" ? "score 0" : "are left out"}: ${isRun ? "as in the run" : "not as in the run"}.`);
     at("reset").disabled = isRun;
     showControls();
   }
   const showControls = controls({
     threshold: [roundNumbers(0.01, 100), (value) => `${number(value)} d = ${number(value * run.unit)} ${data.unit}`],
     degrees: [roundNumbers(0.1, 180), (value) => `${number(value)} degrees`],
-    weight: [WEIGHTS, (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
-  }, saved, SETTING);
-  at("missing").disabled = !estimates.some((one) => one.lost.includes(1));
+    weight: [Array.from({ length: 21 }, (_, k) => k / 20), (value) => `${number(value)} TAS + ${number(1 - value)} RAS`],
+  }, state, (changes) => { Object.assign(state, changes); render(); });
 
   // One frame of the reference that is picked in a chart and marked in the trajectories.
   function pick(row) {
     state.camera = row;
-    saved.write();
     drawScene();
   }
   const errorOf = (one, kind, row) => one[kind][one.cameraOf.get(row)] ?? NaN;
@@ -174,7 +162,7 @@
         y: { domain: [0, 1], format: (value) => `${number(100 * value)} %`, label: "frames below" },
       });
       for (const one of withErrors(kind)) {
-        const sorted = one.scored[state.missing][kind].slice().sort();
+        const sorted = one.scored[kind].slice().sort();
         const points = [[0, 0]];
         for (let k = 1, below = 0; k <= 100; k++) {
           while (sorted[below] < limit * k / 100) below += 1;
@@ -192,12 +180,17 @@
   function profileChart(kind) {
     const middle = kind === "position" ? run.unit : 10;
     const places = Array.from({ length: 40 }, (_, k) => middle / 30 * 900 ** (k / 39));
+    const { name, word } = KINDS[kind];
     return (host) => {
-      const lines = withErrors(kind).map((one) => ({ ...one, values: places.map((unit) => score(one.scored[state.missing][kind], unit)) }));
-      const { name, word } = KINDS[kind];
-      curves(host, {
-        ...MARGINS, label: `${name} over its largest threshold`, name: `${name} over its largest threshold`,
-        places, unit: word, y: { domain: [0, 1], label: name }, at: largest(kind), lines,
+      const lines = withErrors(kind).map((one) => ({ ...one, values: places.map((unit) => score(one.scored[kind], unit)) }));
+      const made = frame(host, {
+        ...MARGINS, label: `${name} over its largest threshold`,
+        x: { domain: [places[0], places.at(-1)], log: true, label: `largest threshold [${word}]` }, y: { domain: [0, 1], label: name },
+      });
+      for (const one of lines) line(made, one.values.map((value, k) => [places[k], value]), one);
+      if (places[0] <= largest(kind) && largest(kind) <= places.at(-1)) rule(made, largest(kind), "here");
+      cursor(made, {
+        places, name: `${name} over its largest threshold`,
         describe: (index) => `up to ${number(places[index])} ${word}: ${lines.map((one) => `${one.name} ${digits(one.values[index])}`).join(", ")}`,
       });
     };
@@ -291,7 +284,6 @@
     Object.assign(state, changes);
     state.tilt = Math.min(Math.max(state.tilt, -90), 90);
     state.near = Math.min(Math.max(state.near, 0.25), 64);
-    saved.write();
     drawScene();
   }
   let held = null; // where the pointer was last, while it is down

@@ -29,18 +29,18 @@ def chromium():
 
 @pytest.fixture
 def browse(chromium, tmp_path):
-    """(html, fragment, width) -> the page, open; none may complain on the console."""
+    """(html, width) -> the page, open; none may complain on the console."""
     complaints = []
     context = chromium.new_context()
 
-    def browse(html, fragment="", width=1280):
+    def browse(html, width=1280):
         path = tmp_path / "browsed.html"
         path.write_text(html, encoding="utf-8")
         page = context.new_page()
         page.set_viewport_size({"width": width, "height": 900})
         page.on("console", lambda message: complaints.append(message.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.goto(path.as_uri() + fragment)
+        page.goto(path.as_uri())
         return page
 
     yield browse
