@@ -11,14 +11,14 @@ from matplotlib import colormaps, pyplot, rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from .arrays import Floats
 from .evaluation.evaluation import Evaluation
 from .pages.estimates import breaks, over_expected
-from .profile import ScoreProfile
+from .texts import shortened
 from .validation import finite_rows
 
 __all__ = ["KINDS", "MODES", "figure_of", "score_panel"]
@@ -197,10 +197,10 @@ def _aligned_angles(evaluation: Evaluation) -> Floats:
 
 
 def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
-    """Draw the share of frames below each threshold, and the scores over their thresholds."""
-    panels = part.subplots(2, 2)
+    """Draw the share of frames below each threshold; the area is the score."""
+    panels = part.subplots(1, 2)
     unit = scored[0].settings.form.unit
-    for axes, word, name in zip(panels[0], (unit, "deg"), ("TAS", "RAS"), strict=True):
+    for axes, word, name in zip(panels, (unit, "deg"), ("TAS", "RAS"), strict=True):
         results = [one.result.tas if name == "TAS" else one.result.ras for one in scored]
         axes.set_xlabel(f"threshold [{word}]")
         if len(results) == 1:
@@ -213,26 +213,7 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
             shares = result.cumulative_frequency / len(result.errors)
             axes.plot(result.thresholds, shares, clip_on=False, linewidth=1.3, **line)
         axes.set(xlim=(0, None), ylim=(0, 1), ylabel="share of frames below")
-    for column, word, name in ((0, unit, "TAS"), (1, "deg", "RAS")):
-        profiles = [one.profiles[column] for one in scored]
-        _draw_profiles(panels[1, column], profiles, f"largest threshold of the {name} [{word}]")
-    _add_legend(panels[1, 0], scored)
-
-
-def _draw_profiles(axes: Axes, profiles: Sequence[ScoreProfile], label: str) -> None:
-    """Draw scores over the largest threshold, where they are neither all 0 nor all 1."""
-    units, scores = profiles[0].units, [profile.scores for profile in profiles]
-    rising = np.flatnonzero((np.max(scores, axis=0) > 0.01) & (np.min(scores, axis=0) < 0.99))
-    if len(rising):
-        axes.set_xlim(units[rising[0]], units[rising[-1]])
-    for line, values in zip(_lines(len(scores)), scores, strict=True):
-        axes.plot(units, values, linewidth=1.3, **line)
-    axes.axhline(0.5, color="0.5", linewidth=0.7, zorder=0.5)
-    axes.set(xscale="log", ylim=(0, 1), xlabel=label, ylabel="score")
-    low, high = axes.get_xlim()
-    axes.xaxis.set_major_locator(LogLocator(subs=(1,) if high > 300 * low else (1, 2, 5)))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    _add_legend(panels[0], scored)
 
 
 def score_panel(
@@ -315,8 +296,7 @@ def _add_legend(axes: Axes, scored: Sequence[Evaluation]) -> None:
     legend = axes.legend(handles, map(str, range(len(handles))), loc="best", handlelength=3)
     for text, evaluation in zip(legend.get_texts(), scored, strict=False):
         name = evaluation.name  # set later, since a label that begins with _ would be hidden
-        shown = name if len(name) <= LONGEST else f"..{name[2 - LONGEST :]}"
-        text.set(text=shown, parse_math=False)
+        text.set(text=shortened(name, LONGEST), parse_math=False)
     if len(scored) > NAMED:
         legend.set_title(f"grey: {len(scored) - NAMED} others")
 
@@ -325,5 +305,5 @@ KINDS: dict[str, tuple[Callable[..., None], float]] = {  # how each is drawn, an
     "errors": (_draw_errors, 3.6),
     "trajectory": (_draw_trajectories, 4.6),
     "time": (_draw_time, 5.0),
-    "scores": (_draw_scores, 5.0),
+    "scores": (_draw_scores, 2.8),
 }

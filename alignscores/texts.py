@@ -4,12 +4,12 @@ import csv
 import unicodedata
 from collections.abc import Iterable, Sequence
 from io import StringIO
-from itertools import islice
 from pathlib import Path
+from reprlib import Repr
 from typing import Any
 
 __all__ = ["WIDTH", "brief", "column_widths", "csv_text", "first_few", "numbered", "padded"]
-__all__ += ["printable", "text_width", "unique_names"]
+__all__ += ["printable", "shortened", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
 FORMULA = "=", "+", "-", "@"  # how one begins
@@ -19,27 +19,22 @@ LONGEST = 60  # characters of a text in a message
 
 def first_few(texts: Sequence[str]) -> str:
     """Return the first few of some texts, separated by commas, and how many more there are."""
-    return _joined(texts[:FEW], len(texts))
+    more = f" and {len(texts) - FEW} more" if len(texts) > FEW else ""
+    return ", ".join(texts[:FEW]) + more
 
 
-def brief(value: Any, levels: int = 2) -> str:
+def brief(value: Any) -> str:
     """Return a value as Python writes it; of long texts and lists, no more than the beginning."""
-    if isinstance(value, dict | list) and value:
-        opening, closing = "{}" if isinstance(value, dict) else "[]"
-        if not levels:
-            return f"{opening}...{closing}"
-        parts = [brief(entry, levels - 1) for entry in islice(value, FEW)]
-        if isinstance(value, dict):
-            entries = zip(parts, value.values(), strict=False)
-            parts = [f"{key}: {brief(entry, levels - 1)}" for key, entry in entries]
-        return f"{opening}{_joined(parts, len(value))}{closing}"
-    text = repr(value[:LONGEST] if isinstance(value, str) else value)
-    return f"{text[:LONGEST]}..." if len(str(value)) > LONGEST else text
+    short = Repr()
+    short.maxlevel = 2
+    short.maxstring = short.maxother = LONGEST
+    return short.repr(value)
 
 
-def _joined(parts: Sequence[str], number: int) -> str:
-    more = f" and {number - len(parts)} more" if number > len(parts) else ""
-    return ", ".join(parts) + more
+def shortened(text: str, width: int) -> str:
+    """Cut the middle out of a long text."""
+    half = (width - 1) // 2
+    return text if len(text) <= width else f"{text[:half]}…{text[-half:]}"
 
 
 def printable(text: str) -> str:

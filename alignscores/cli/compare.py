@@ -30,7 +30,7 @@ from ..comparison.tables import (
     markdown,
     tables,
 )
-from ..evaluation.settings import Option, Settings, order_problem
+from ..evaluation.settings import Settings, order_problem
 from ..metrics import metric
 from ..pages.comparison import page
 from ..parallel import available_processors
@@ -38,7 +38,7 @@ from ..texts import printable
 from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .output import print_error, print_note, show_progress, table_width
-from .parser import Parser, metric_names, number_type, output_file
+from .parser import Parser, output_file
 from .saving import refuse_to_replace
 
 __all__ = ["compare_parser", "run"]
@@ -72,9 +72,6 @@ MORE_METRICS = "more metrics, such as auc@30:vggt,rpe@1m; `alignscores metrics` 
 FAILS = 3  # exit code
 SHOWN = 50  # lines of problems
 NOTES = 4  # lines of notes without --verbose
-JOBS = Option(
-    help="processes in parallel (default: %(default)s)", group="runs", number=int, least=1
-)
 
 
 def compare_parser(*, everything: bool = True) -> Parser:
@@ -90,11 +87,11 @@ def compare_parser(*, everything: bool = True) -> Parser:
     )
     parser.add_argument("files", nargs="+", metavar="[FORMAT] REF EST", help=FILES)
     parser.add_settings("format", "metrics", frames=FRAMES)
-    jobs = available_processors()
     add = parser.add_argument_group("runs").add_argument
     add("--dry-run", action="store_true", help="list the files, and score nothing")
     add("--expect_all", action="store_true", help="a system without runs on a sequence fails")
-    add("--jobs", type=number_type(JOBS), default=jobs, metavar="X", help=JOBS.help)
+    jobs, help = available_processors(), "processes in parallel (default: %(default)s)"
+    add("--jobs", type=int, default=jobs, metavar="X", help=help)
     add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
     add = parser.add_argument_group("verdicts").add_argument
     add("--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)")
@@ -104,7 +101,7 @@ def compare_parser(*, everything: bool = True) -> Parser:
     output, page_file = parser.add_argument_group("output"), output_file(".html")
     add = output.add_argument
     add("-v", "--verbose", action="store_true", help="explain the numbers")
-    add("--metrics", metavar="NAMES", type=metric_names, default=(), help=MORE_METRICS)
+    add("--metrics", metavar="NAMES", default=(), help=MORE_METRICS)
     add("--html", metavar="FILE.html", type=page_file, help="save an HTML page")
     add("--markdown", metavar="FILE", help="save a report in Markdown; - prints it")
     add = output.add_mutually_exclusive_group().add_argument
@@ -118,9 +115,12 @@ def run(argv: Sequence[str]) -> int:
     """Find, score and compare all runs; what is wrong with one does not stop the others."""
     parser = compare_parser(everything="--help-all" in argv)
     arguments = parser.parse(argv)
-    _check_names(parser, arguments)
+    if arguments.jobs < 1:
+        parser.error("argument --jobs: must be at least 1")
     settings = parser.settings(arguments)
-    gate = _gate(parser, arguments)
+    measured = list(dict.fromkeys((*COLUMNS, *settings.metrics)))
+    _check_names(parser, arguments, measured)
+    gate = _gate(parser, arguments, measured)
     benchmark = _benchmark(parser, arguments, settings)
     if wrong := order_problem(settings.metrics, FORMATS[benchmark.format]):
         parser.error(wrong)
@@ -168,12 +168,14 @@ def _changed(
     return changed
 
 
-def _gate(parser: Parser, arguments: argparse.Namespace) -> list[Condition]:
+def _gate(
+    parser: Parser, arguments: argparse.Namespace, measured: Sequence[str]
+) -> list[Condition]:
     """Return the conditions of --fail_on."""
     if arguments.fail_on is None:
         return []
     try:
-        gate = conditions_of(arguments.fail_on, arguments.by, _measured(arguments))
+        gate = conditions_of(arguments.fail_on, arguments.by, measured)
     except ValueError as error:
         parser.error(f"argument --fail_on: {error}")
     if any(one.needs_baseline for one in gate) and not arguments.baseline:
@@ -181,16 +183,11 @@ def _gate(parser: Parser, arguments: argparse.Namespace) -> list[Condition]:
     return gate
 
 
-def _measured(arguments: argparse.Namespace) -> list[str]:
-    """Return the names of all metrics that are measured."""
-    return list(dict.fromkeys((*COLUMNS, *(metric(name).name for name in arguments.metrics))))
-
-
-def _check_names(parser: Parser, arguments: argparse.Namespace) -> None:
+def _check_names(parser: Parser, arguments: argparse.Namespace, measured: Sequence[str]) -> None:
     """Set --by to the metric's own name; refuse what is not measured, and to print twice."""
     if arguments.show and arguments.markdown == "-":
         parser.error(f"argument --markdown -: not allowed with argument --{arguments.show}")
-    measured, by = _measured(arguments), arguments.by
+    by = arguments.by
     with suppress(ValueError):
         arguments.by = metric(by).name
     if arguments.by not in measured:

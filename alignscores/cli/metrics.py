@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from ..comparison.tables import Cell, Table, as_text
 from ..evaluation.settings import Settings
 from ..metrics import FAMILIES, metric
+from ..texts import shortened
 from ..trajectories.formats import FORMATS, Format
-from .table import shortened
 
 __all__ = ["listing", "metre_notes", "metric_table"]
 
-FIRST, LONGEST_NAME = "estimate", 40  # header of the names, and their characters
+LONGEST = 40  # characters of a name
 LEGEND = """\
 K is a whole number of degrees, ANGLE is in degrees (5deg or 5), DISTANCE in mm, cm or m, as in
 auc@30:vggt and recall@5cm,5deg:hloc. [brackets] may be left out; the default is the first choice.
@@ -41,11 +41,10 @@ def metric_table(
     rows: Mapping[str, Mapping[str, float | None]], settings: Settings, columns: int
 ) -> str:
     """Return the table of the metrics of estimates, in blocks of at most so many columns."""
-    names = shortened([FIRST, *rows], LONGEST_NAME)
-    header = [names[0], *(_heading(name, settings.form) for name in settings.metrics)]
+    header = ["estimate", *(_heading(name, settings.form) for name in settings.metrics)]
     lines = [
-        [Cell(name), *(Cell(_cell(*value)) for value in row.items())]
-        for name, row in zip(names[1:], rows.values(), strict=True)
+        [Cell(shortened(name, LONGEST)), *(Cell(_cell(*value)) for value in row.items())]
+        for name, row in rows.items()
     ]
     return as_text(Table(header, lines), columns)
 

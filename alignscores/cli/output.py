@@ -78,7 +78,7 @@ def conditions(scored: Sequence[Evaluation]) -> str:
     if settings.form.timed:
         gaps = f"gaps up to {settings.max_gap:g} s covered"
         frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
-    if settings.missing_cameras == "ignore":
+    if settings.missing == "ignore":
         frames += ", lost ones left out"
     ours = [metric(name).family in (*SCORES, *LEVELS) for name in settings.metrics]
     if ours and not any(ours):

@@ -5,12 +5,10 @@ from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ..evaluation.settings import Option, Settings, options
-from ..metrics import metric
-from ..protocols import split_names
+from ..evaluation.settings import Settings, options
 from ..texts import printable
 
-__all__ = ["Parser", "metric_names", "number_type", "output_file"]
+__all__ = ["Parser", "output_file"]
 
 ELSEWHERE = {  # options of evo, and what to use here
     "-a": "evo's -a is --alignment rigid here",
@@ -70,7 +68,7 @@ class Parser(argparse.ArgumentParser):
             elif option.choices:
                 kind = {"choices": option.choices}
             elif option.number:
-                kind = {"type": number_type(option), "metavar": "X"}
+                kind = {"metavar": "X"}
             groups[option.group].add_argument(f"--{name}", default=default, help=help, **kind)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
@@ -91,29 +89,6 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End with the message, and where to find the usage."""
         self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
-
-
-def metric_names(text: str) -> tuple[str, ...]:
-    """Return names of metrics as they were given; raise an error if one is unknown."""
-    names = tuple(dict.fromkeys(split_names(text)))
-    try:
-        for name in names:
-            metric(name)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{error}; `alignscores metrics` lists all") from None
-    return names
-
-
-def number_type(option: Option) -> Callable[[str], float | str]:
-    """Return a type of argument for the numbers that an option may have."""
-
-    def number(text: str) -> float | str:
-        try:
-            return option.parse(text)
-        except ValueError as error:
-            raise argparse.ArgumentTypeError(str(error)) from None
-
-    return number
 
 
 def output_file(*suffixes: str) -> Callable[[str], Path]:

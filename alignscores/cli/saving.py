@@ -3,7 +3,6 @@
 import argparse
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -19,41 +18,20 @@ from ..protocols.trajectory import STATISTICS
 from ..texts import csv_text, numbered, printable, unique_names
 from ..trajectories.extras import require
 from ..validation import finite_rows
-from ..writing import check_target, write_whole
+from ..writing import write_whole
 from .output import json_text, one_line, print_error
 
 __all__ = ["refuse_to_replace", "save", "show_plot", "targets"]
 
-Targets = Mapping[str, tuple[Path, str]]  # as of `targets`
-
 
 def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]) -> None:
-    """Check that the outputs, by option, can be written and replace no input or other output."""
-    files = [file for path in inputs for file in files_below(path)]
-    input_of = {_identity(file): file for file in files}
-    used: dict[Path, str] = {}
+    """Check that no output, by option, replaces an input or another output."""
+    used = {file.resolve(): f"the input {file}" for path in inputs for file in files_below(path)}
     for option, path in outputs:
-        try:
-            with suppress(IsADirectoryError):  # an error at the end, after the others are saved
-                check_target(path)
-        except OSError as error:
-            raise ValueError(f"{option} {path} cannot be written ({error.strerror})") from None
-        identity = _identity(path)
-        if identity and (replaced := input_of.get(identity)):
-            raise ValueError(f"{option} {path} would replace the input {replaced}; name another")
-        target = path.parent.resolve() / path.name
+        target = path.resolve()
         if target in used:
-            raise ValueError(f"{option} and {used[target]} would both write {path}")
-        used[target] = option
-
-
-def _identity(path: Path) -> tuple[int, int] | None:
-    """Return what all paths and links of one file have in common; None where there is no file."""
-    try:
-        status = path.stat()
-    except OSError:
-        return None
-    return status.st_dev, status.st_ino
+            raise ValueError(f"{option} {path} would replace {used[target]}; name another")
+        used[target] = f"what {option} writes"
 
 
 def save(
@@ -90,8 +68,6 @@ def files(
     if path := arguments.save_metrics:
         metrics = settings.metrics or [family.example for family in SCORES]
         yield path, metrics_csv(scored, metrics).encode()
-    if path := arguments.profile:
-        yield path, profiles_csv(scored).encode()
     if path := arguments.save_aligned:
         yield from aligned_files(scored, targets(path, names))
     if path := arguments.save_results:
@@ -133,7 +109,7 @@ def errors_csv(scored: Sequence[Evaluation]) -> str:
             )
         ]
         rows += [(key, "", "", "no reference pose") for key in matches.without_reference.tolist()]
-        if evaluation.settings.missing_cameras != "fail":
+        if evaluation.settings.missing != "fail":
             keys = evaluation.reference.keys[matches.expected_rows]
             left_out = keys[~np.isin(keys, matches.keys)]
             rows += [(key, "", "", "left out") for key in left_out.tolist()]
@@ -149,25 +125,15 @@ def metrics_csv(scored: Sequence[Evaluation], names: Sequence[str]) -> str:
     return csv_text(("estimate", *names), lines)
 
 
-def profiles_csv(scored: Sequence[Evaluation]) -> str:
-    """Return a table of each estimate's scores over all units, a line a score and unit."""
-    lines: list[tuple[object, ...]] = []
-    for evaluation in scored:
-        for name, profile in zip(("TAS", "RAS"), evaluation.profiles, strict=True):
-            pairs = zip(profile.units.tolist(), profile.scores.tolist(), strict=True)
-            lines += [(evaluation.name, name, *pair) for pair in pairs]
-    return csv_text(("estimate", "score", "unit", "value"), lines)
-
-
 def aligned_files(
-    scored: Sequence[Evaluation], files: Targets
+    scored: Sequence[Evaluation], files: Mapping[str, Path]
 ) -> Iterator[tuple[Path, bytes | ValueError]]:
     """Yield estimates in the reference's frame, with its time stamps: as TUM, or KITTI without.
 
     They have all their poses, whether they were matched or not, aligned as in the TAS.
     """
     for evaluation in scored:
-        target, _ = files[evaluation.name]
+        target = files[evaluation.name]
         alignment = evaluation.result.tas.alignment
         if alignment is None:
             reason = f"is not written, since {evaluation.name} could not be aligned"
@@ -191,28 +157,31 @@ def aligned_files(
         yield target, buffer.getvalue()
 
 
-def targets(path: Path, names: Sequence[str]) -> dict[str, tuple[Path, str]]:
-    """Return the file of each estimate, and its name without a slash.
+def targets(path: Path, names: Sequence[str]) -> dict[str, Path]:
+    """Return the file of each estimate: of several each has its name, without slashes, appended.
 
-    Of several estimates each has its name appended, without a suffix that all share; `names` has
-    also those that were not scored.
+    A suffix that all names share is left out; `names` has also those that were not scored.
     """
-    flat = [name.replace("/", "_") for name in names]
-    endings = {Path(name).suffix for name in flat}
-    short = numbered([Path(name).stem for name in flat] if len(endings) == 1 else flat)
-    files = [path.with_name(f"{path.stem}_{name}{path.suffix}") for name in short]
-    return dict(zip(names, zip(files if names[1:] else [path], flat, strict=True), strict=True))
+    if len(names) == 1:
+        return {names[0]: path}
+    flat = [Path(name.replace("/", "_")) for name in names]
+    same = len({name.suffix for name in flat}) == 1
+    short = numbered([name.stem if same else name.name for name in flat])
+    return {
+        name: path.with_name(f"{path.stem}_{own}{path.suffix}")
+        for name, own in zip(names, short, strict=True)
+    }
 
 
 def evo_files(
-    scored: Sequence[Evaluation], files: Targets, *, reference: str
+    scored: Sequence[Evaluation], files: Mapping[str, Path], *, reference: str
 ) -> Iterator[tuple[Path, bytes]]:
     """Yield results for ``evo_res``: the scores, and the position errors of tracked frames."""
     file_interface = require("evo.tools.file_interface", "evo")
     new_result = require("evo.core.result", "evo").Result
 
     for evaluation in scored:
-        target, flat_name = files[evaluation.name]
+        target = files[evaluation.name]
         tas, settings = evaluation.result.tas, evaluation.settings
         tracked = np.isfinite(tas.errors)
         result = new_result()
@@ -220,7 +189,7 @@ def evo_files(
             "title": f"position error of tracked frames ({settings.how_aligned})",
             "label": f"position error ({settings.form.unit})",
             "ref_name": reference,
-            "est_name": flat_name,
+            "est_name": evaluation.name.replace("/", "_"),
         }
         names = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
         values = {name: evaluation.value(name) for name in names}

@@ -7,15 +7,14 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.matching import read_reference
+from ..evaluation.matching import read_reference, with_format
 from ..evaluation.notes import collected_warnings, reference_notes
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..texts import printable, unique_names
 from ..trajectories.extras import require
-from ..trajectories.files import FAILURES, STDIN, FileError, read_stamps
+from ..trajectories.files import FAILURES, STDIN, read_stamps
 from ..trajectories.formats import FORMATS
-from ..trajectories.recognition import recognise
 from ..version import __version__
 from .metrics import metre_notes
 from .output import (
@@ -27,7 +26,7 @@ from .output import (
     show_progress,
     show_table,
 )
-from .parser import Parser, metric_names, output_file
+from .parser import Parser, output_file
 from .saving import refuse_to_replace, save, show_plot, targets
 
 __all__ = ["run", "score_parser"]
@@ -65,7 +64,6 @@ WRITTEN = {  # options with the suffixes of their files
     "save_rrd": ((".rrd",), "save a recording for the Rerun viewer"),
     "save_errors": ((".csv",), "save the errors of each expected frame"),
     "save_metrics": ((".csv",), "save --metrics or, without it, the scores"),
-    "profile": ((".csv",), "save TAS and RAS for many largest thresholds"),
     "save_aligned": (
         (".txt",),
         "save the aligned estimate, as TUM or KITTI; FILE_<name> if several",
@@ -77,7 +75,6 @@ FOLDER = {  # what `--output FOLDER` writes
     "save_json": "scores.json",
     "save_errors": "errors.csv",
     "save_metrics": "metrics.csv",
-    "profile": "profile.csv",
     "save_aligned": "aligned.txt",
     "save_plot": "plot.png",
     "save_page": "page.html",
@@ -103,7 +100,7 @@ def score_parser(*, everything: bool = True) -> Parser:
     add = parser.add_argument_group("output").add_argument
     add("-v", "--verbose", action="store_true", help="explain the columns of the table")
     add("--json", action="store_true", help="print JSON instead of a table")
-    add("--metrics", metavar="NAMES", type=metric_names, default=(), help=METRICS)
+    add("--metrics", metavar="NAMES", default=(), help=METRICS)
     written = f"write all results: {', '.join(FOLDER.values())}"
     add("-o", "--output", metavar="FOLDER", type=Path, help=written)
     add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
@@ -119,9 +116,9 @@ def run(argv: Sequence[str]) -> int:
     """Score all estimates, save and print; one that cannot be scored does not stop the others."""
     parser = score_parser(everything="--help-all" in argv)
     arguments = parser.parse(argv)
-    _set_files(parser, arguments)
-    settings = parser.settings(arguments)
-    _check(parser, arguments, settings)
+    settings = _settings(parser, arguments)
+    if arguments.save_aligned and not settings.form.ordered:
+        parser.error(f"--save_aligned cannot write {settings.format} files")
     if arguments.output:
         _set_outputs(arguments, settings)
     inputs = [arguments.reference, *arguments.estimates]
@@ -145,47 +142,29 @@ def run(argv: Sequence[str]) -> int:
     return int(bool(failed))
 
 
-def _set_files(parser: Parser, arguments: argparse.Namespace) -> None:
-    """Set reference, estimates and formats; those that are not named are recognised."""
+def _settings(parser: Parser, arguments: argparse.Namespace) -> Settings:
+    """Set reference and estimates, and return the settings with the formats of the files."""
     first, *others = arguments.files
-    if len(arguments.files) < (3 if first in FORMATS else 2):
+    named = first in FORMATS
+    if len(arguments.files) < (3 if named else 2):
         parser.error("give a reference and at least one estimate")
-    if first in FORMATS:
-        arguments.format = first
-        arguments.reference, *arguments.estimates = others
-        return
-    if not Path(first).suffix and not Path(first).exists():
+    if named:
+        arguments.format, first, *others = arguments.files
+    elif not Path(first).suffix and not Path(first).exists():
         parser.error(f"{first!r} is neither a file nor a format ({', '.join(FORMATS)})")
     arguments.reference, arguments.estimates = first, others
-    columns = arguments.est_columns or arguments.columns
-    arguments.format = recognise(first, arguments.ref_columns or arguments.columns)
-    form = arguments.est_format or recognise(others[0], columns)
-    for file in others[1:]:
-        if not arguments.est_format and recognise(file, columns) != form:
-            raise FileError(file, f"is not in the format of {others[0]}, {form}; score it apart")
-    same = form == arguments.format
-    print_note(
-        f"detected format: {arguments.format}{'' if same else f'; of the estimates: {form}'}"
-    )
-    arguments.est_format = arguments.est_format or (None if same else form)
-
-
-def _check(parser: Parser, arguments: argparse.Namespace, settings: Settings) -> None:
-    """Check that the formats match, and that the options have a meaning for them."""
-    form, est_form = settings.form, settings.est_form
-    if form.ordered != est_form.ordered:
-        parser.error(f"{arguments.est_format} estimates cannot be matched to {arguments.format}")
-    if settings.missing == "ignore" and not form.missing:
-        parser.error(f"--missing ignore has no effect on {arguments.format} files")
-    if arguments.save_aligned and not form.aligned:
-        parser.error(f"--save_aligned cannot write {arguments.format} files")
+    settings = with_format(parser.settings(arguments), first, *others)
+    if not named:
+        other = f"; of the estimates: {settings.est_format}" if settings.est_format else ""
+        print_note(f"detected format: {settings.format}{other}")
+    return settings
 
 
 def _set_outputs(arguments: argparse.Namespace, settings: Settings) -> None:
     """Set the files in the folder of ``--output``, and create the folder."""
     arguments.output.mkdir(exist_ok=True)
     for option, name in FOLDER.items():
-        if option == "save_aligned" and not settings.form.aligned:
+        if option == "save_aligned" and not settings.form.ordered:
             continue
         if option == "save_plot" and find_spec("matplotlib") is None:
             print_note(f"{name} is not written: Matplotlib is not installed")
@@ -200,7 +179,7 @@ def _outputs(arguments: argparse.Namespace) -> Iterator[tuple[str, Path]]:
     for option in ("save_json", *WRITTEN):
         path = getattr(arguments, option)
         if path and option in SAVED_EACH:
-            yield from ((f"--{option}", target) for target, _ in targets(path, names).values())
+            yield from ((f"--{option}", target) for target in targets(path, names).values())
         elif path:
             yield f"--{option}", path
 

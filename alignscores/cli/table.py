@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..evaluation.evaluation import Evaluation
-from ..texts import padded, text_width
+from ..texts import padded, shortened, text_width
 
-__all__ = ["LEGEND", "shortened", "table"]
+__all__ = ["LEGEND", "table"]
 
 COLUMNS = (  # a narrow terminal loses columns from the right
     *("TAS", "RAS", "PAS", "half [{unit}]", "half [deg]"),
@@ -30,7 +30,7 @@ def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[st
     headers = [header.format(unit=unit) for header in COLUMNS]
     rows = [headers, *map(_cells, evaluations)]
     widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
-    names = shortened(["estimate", *(evaluation.name for evaluation in evaluations)], LONGEST)
+    names = ["estimate", *(shortened(evaluation.name, LONGEST) for evaluation in evaluations)]
     width = max(map(text_width, names))
     shown = list(range(len(headers)))
     while width + sum(widths[k] + 2 for k in shown) > columns and len(shown) > len(ALWAYS):
@@ -58,24 +58,3 @@ def _cells(evaluation: Evaluation) -> list[str]:
 
 def _number(value: float | None) -> str:
     return "-" if value is None or not np.isfinite(value) else f"{value:.3g}"
-
-
-def shortened(names: Sequence[str], width: int) -> list[str]:
-    """Cut the middle out of long names, and number them if they would be the same."""
-    short = [_cut(name, width) for name in names]
-    if len(set(short)) == len(set(names)):
-        return short
-    return [_cut(name, width, f"~{row}") for row, name in enumerate(names)]
-
-
-def _cut(name: str, width: int, number: str = "") -> str:
-    """Return a name with dots in its middle, and a number at its end, if it is too wide."""
-    if text_width(name) <= width:
-        return name
-    length = width - 2 - len(number)
-    start, end = name, name
-    while text_width(start) > length - length // 2:
-        start = start[:-1]
-    while text_width(end) > length // 2:
-        end = end[1:]
-    return f"{start}..{end}{number}"

@@ -242,9 +242,10 @@ def legend(summary: Summary, settings: Settings) -> list[str]:
 
 def conditions(settings: Settings) -> list[str]:
     """Return what else there is to say about the numbers."""
-    lines = ["failed runs: in brackets the 95 % interval of how often a run fails"]
-    if settings.missing_cameras:
-        lines.append(f"missing cameras: {settings.missing_cameras}")
+    lines = [
+        "failed runs: in brackets the 95 % interval of how often a run fails",
+        f"missing cameras: {settings.missing}",
+    ]
     if settings.form.timed:
         lines.append("no pose: share of the expected time without a pose")
     return lines

@@ -2,7 +2,6 @@
 
 import math
 import statistics
-import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -15,17 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats
-from ..distance import N_THRESHOLDS
+from ..distance import N_THRESHOLDS, smallest_unit
 from ..metrics import metric
 from ..pose import PASResult
-from ..profile import DEGREES, ScoreProfile, extent_units, tas_profile
 from ..similarity import Similarity
 from ..texts import printable
 from ..trajectories.association import Matches
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..trajectories.lever import LeverArm
-from ..validation import AlignmentWarning, finite_rows
+from ..validation import finite_rows
 from .perfect import simulated_scores
 from .settings import Settings
 
@@ -177,7 +175,9 @@ class Evaluation:
     @cached_property
     def half_angle(self) -> float:
         """Degrees at which the RAS is one half; infinite where it never is."""
-        return self._rotation_profile.half
+        ras = self.result.ras
+        errors = np.nan_to_num(np.sort(ras.errors), nan=np.inf)  # NaN: without rotations
+        return smallest_unit(errors, 0.5, len(ras.thresholds))
 
     @property
     def median_distance(self) -> float:
@@ -245,32 +245,6 @@ class Evaluation:
         no_position, no_rotation = ~finite_rows(poses[:, :3, 3]), ~finite_rows(poses[:, :3, :3])
         codes = np.where(self.matches.est_rows < 0, LOST, 2 * no_position + no_rotation)
         return codes.astype(np.uint8)
-
-    @cached_property
-    def profiles(self) -> tuple[ScoreProfile, ScoreProfile]:
-        """TAS over all units, the same for all estimates of a reference; RAS over all degrees."""
-        try:
-            units = extent_units(self.reference.poses[self.matches.expected_rows, :3, 3])
-        except ValueError:  # all cameras coincide, so that --unit alone has a size
-            units = self.result.tas.unit * np.geomspace(1 / 16, 4, 7)
-        settings, matches = self.settings, self.matches
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AlignmentWarning)  # a note says so
-            positions = tas_profile(
-                matches.gt_poses[:, :3, 3],
-                matches.est_poses[:, :3, 3],
-                units,
-                rng=settings.seed,
-                alignment=settings.alignment,
-                up=settings.up,
-            )
-        return positions, self._rotation_profile
-
-    @property
-    def _rotation_profile(self) -> ScoreProfile:
-        ras = self.result.ras
-        errors = np.nan_to_num(np.sort(ras.errors), nan=np.inf)  # NaN: without rotations
-        return ScoreProfile(DEGREES, [errors], len(ras.thresholds))
 
     def value(self, name: str) -> float | None:
         """Return a score, or one of the metrics in the settings; None where it has no value.
@@ -388,8 +362,8 @@ class Evaluation:
         ----------
         kind : {"errors", "trajectory", "time", "scores"}, optional
             Errors over time, shaded where there is no pose; the aligned trajectory coloured by its
-            error; positions and angles over time; or frames below each threshold and scores over
-            their largest thresholds. By default all of them.
+            error; positions and angles over time; or frames below each threshold. By default all
+            of them.
         plot_mode : {"xy", "xz", "yz", "xyz"}, optional
             Axes of the trajectory; by default the two longest.
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Floats
 from ..trajectories.association import Matches, Timing, checked, in_order, match, unit_hint, warn
 from ..trajectories.files import (
+    FileError,
     FilePath,
     Trajectory,
     inverse_poses,
@@ -18,7 +19,6 @@ from ..trajectories.files import (
     read_stamps,
 )
 from ..trajectories.files.colmap import is_model
-from ..trajectories.formats import FORMATS
 from ..trajectories.recognition import recognise
 from ..trajectories.timeline import reference_gap
 from ..trajectories.timing import find_offset
@@ -62,28 +62,36 @@ def in_memory(reference: Any, estimate: Any, times: Any = None) -> tuple[Any, An
     stamps = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
     for (name, poses), own in zip(arrays.items(), stamps, strict=False):
         keys = np.arange(len(poses)) if own is None else real_array(own, "times")
-        both[name] = checked(Trajectory(keys, poses), name)
-    trajectories = [read_colmap(value) if is_model(value) else value for value in both.values()]
-    return trajectories[0], trajectories[1]
+        both[name] = Trajectory(keys, poses)
+    for name, value in both.items():
+        if isinstance(value, Trajectory):
+            both[name] = checked(value, name)
+        elif is_model(value):
+            both[name] = read_colmap(value)
+    return both["reference"], both["estimate"]
 
 
-def with_format(settings: Settings, reference: Any, estimate: Any) -> Settings:
-    """Return the settings with the formats of reference and estimate, as far as they are open."""
+def with_format(settings: Settings, reference: Any, *estimates: Any) -> Settings:
+    """Return the settings with the formats of reference and estimates, as far as they are open."""
     if settings.format is not None:
         return settings
-    ref_columns = settings.ref_columns or settings.columns
+    form = _format_of(reference, settings.ref_columns or settings.columns)
+    if settings.est_format is not None:
+        return replace(settings, format=form)
+    first, *others = estimates
     est_columns = settings.est_columns or settings.columns
-    if isinstance(reference, Trajectory):
-        form = FORMAT_OF_KEYS.get(np.asarray(reference.keys).dtype.kind)
-        other = form if isinstance(estimate, Trajectory) else recognise(estimate, est_columns)
-    elif isinstance(estimate, Trajectory):
-        form = other = recognise(reference, ref_columns)
-    else:
-        form, other = recognise(reference, ref_columns), recognise(estimate, est_columns)
-        if FORMATS[form].ordered != FORMATS[other].ordered:
-            formats = f"{reference} is in the format {form}, {estimate} in {other}"
-            raise ValueError(f"{formats}: no match")
-    return replace(settings, format=form, est_format=settings.est_format or other)
+    est_form = _format_of(first, est_columns)
+    for file in others:
+        if _format_of(file, est_columns) != est_form:
+            raise FileError(file, f"is not in the format of {first}, {est_form}; score it apart")
+    return replace(settings, format=form, est_format=None if est_form == form else est_form)
+
+
+def _format_of(trajectory: Any, columns: str | None) -> str:
+    """Return the format of a file, or the one that a trajectory in memory is like."""
+    if isinstance(trajectory, Trajectory):
+        return FORMAT_OF_KEYS[trajectory.keys.dtype.kind]
+    return recognise(trajectory, columns)
 
 
 def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
@@ -157,7 +165,7 @@ def match_estimate(
     matches = match(reference, estimate, timing, missing=settings.missing, unit=settings.unit)
     n_scored = matches.n_poses if settings.missing == "ignore" else len(matches.keys)
     if n_scored < min(4, len(reference.keys)):
-        shown = ["missing"] if settings.form.missing else []
+        shown = ["missing"]
         shown += ["t_max_diff", "t_offset", "max_gap", "t_start", "t_end"] if timed else []
         options = {name: getattr(settings, name) for name in shown}
         words = ", ".join(f"--{key} {value}" for key, value in options.items() if value is not None)

@@ -19,7 +19,6 @@ from .evaluation import Evaluation, Note
 from .settings import Settings
 
 __all__ = [
-    "MUCH_LOST",
     "chance_notes",
     "collected_warnings",
     "ends_notes",
@@ -89,7 +88,7 @@ def unmatched_images(evaluation: Evaluation) -> Note | None:
     if not matches.unmatched:
         return None
     text = f"{matches.unmatched} of {n} images are not in the reference; left out"
-    if matches.missing == 0:
+    if matches.matched == len(matches.expected_rows):
         text += " (it has all of the reference's, too: the reference comes first)"
     return Note("unmatched", text)
 
@@ -129,10 +128,9 @@ def few_poses(evaluation: Evaluation) -> Note | None:
 
 def ignored_time(evaluation: Evaluation) -> Note | None:
     """Note much time without a pose that --missing ignore leaves out."""
-    lost = evaluation.matches.lost
-    if lost <= MUCH_LOST or evaluation.settings.missing_cameras != "ignore":
+    if evaluation.lost <= MUCH_LOST or evaluation.settings.missing != "ignore":
         return None
-    text = f"only {1 - lost:.0%} of the time is scored, since the rest has no pose"
+    text = f"only {1 - evaluation.lost:.0%} of the time is scored, since the rest has no pose"
     return Note("ignored", text, "--missing fail counts it as failures")
 
 

@@ -56,7 +56,7 @@ class Option:
         return f"{kind}, optional" if self.optional else kind
 
     def checked(self, value: Any) -> Any:
-        """Return a value, a number as Python's; raise a ValueError where it cannot be that."""
+        """Return a value, a number as Python's, also of a text; raise ValueError without one."""
         if (value is None and self.optional) or (isinstance(value, str) and value in self.words):
             return value
         if self.choices and value not in self.choices:
@@ -67,18 +67,13 @@ class Option:
             return self._several(value)
         if self.number is None:
             return value
-        if not self._is_possible(value):
+        number = value
+        if isinstance(value, str):
+            with suppress(ValueError):
+                number = self.number(value)
+        if not self._is_possible(number):
             raise ValueError(f"must be {self._range()}, not {brief(value)}")
-        return self.number(value)
-
-    def parse(self, text: str) -> float | str:
-        """Return the number, or the word, that a text holds."""
-        assert self.number is not None
-        try:
-            value: float | str = self.checked(self.number(text))
-        except ValueError:  # whose message would have the number, not the text
-            value = self.checked(text)
-        return value
+        return self.number(number)
 
     def _several(self, value: Any) -> tuple[float, ...]:
         """Return numbers, also of a text."""
@@ -310,7 +305,6 @@ class Settings:
         values |= dict.fromkeys(lacking if not self.form.timed else ())
         values |= {
             "est_format": self.est_format or self.format,
-            "missing": self.missing_cameras,
             "up": self.up if self.alignment == "yaw" else None,
             "repeat": len(self.seeds),
         }
@@ -333,6 +327,8 @@ class Settings:
                 raise ValueError(f"{name} is of bags, and {self.format} files have no topics")
             if option.tables and is_set and not (self.form.tables or self.est_form.tables):
                 raise ValueError(f"{name} is of text tables, which {self.format} files are not")
+        if self.form.ordered != self.est_form.ordered:
+            raise ValueError(f"{self.est_format} estimates cannot be matched to {self.format}")
         if wrong := order_problem(self.metrics, self.form):
             raise ValueError(wrong)
 
@@ -381,11 +377,6 @@ class Settings:
     def est_options(self) -> dict[str, str | None]:
         """The options of an estimate's reader."""
         return self.est_form.options(self.est_topic, self.est_columns or self.columns)
-
-    @property
-    def missing_cameras(self) -> str | None:
-        """What frames without a pose do; None where the format has none."""
-        return self.missing if self.form.missing else None
 
 
 def order_problem(metrics: Sequence[str], form: Format) -> str:

@@ -12,6 +12,7 @@ from ..comparison.runs import Outcome
 from ..comparison.summary import Pair
 from ..comparison.tables import number
 from ..comparison.verdicts import difference_text, p_text
+from ..texts import shortened
 
 __all__ = ["dots", "errors_over_time", "forest", "style"]
 
@@ -225,8 +226,9 @@ def _stretches(kinds: NDArray[np.intp]) -> Iterator[tuple[int, int, int]]:
 
 
 def _name(name: str, y: float) -> str:
-    short = name if len(name) <= 14 else f"{name[:8]}…{name[-4:]}"
-    return f'<text x="{LEFT - 6}" y="{y + 4:g}" text-anchor="end">{escape(short)}</text>'
+    return (
+        f'<text x="{LEFT - 6}" y="{y + 4:g}" text-anchor="end">{escape(shortened(name, 14))}</text>'
+    )
 
 
 def _widened(low: float, high: float) -> tuple[float, float]:

@@ -86,7 +86,7 @@ def page_data(
             "threshold": settings.max_threshold,
             "degrees": settings.max_threshold_deg,
             "weight": settings.weight,
-            "missing": settings.missing_cameras or "fail",
+            "missing": settings.missing,
             "unit": unit,
             "aligned": settings.how_aligned,
         },

@@ -87,16 +87,6 @@ class Matches:
         return len(np.unique(self.est_rows[self.est_rows >= 0]))
 
     @property
-    def missing(self) -> int:
-        """Number of expected frames without an estimated pose, scored or not."""
-        return len(self.expected_rows) - self.matched
-
-    @property
-    def lost(self) -> float:
-        """Share of the expected frames without an estimated pose."""
-        return 1 - self.matched / len(self.expected_rows)
-
-    @property
     def non_finite(self) -> int:
         """Number of matched frames whose estimated pose is not finite."""
         return int(np.sum(~finite_rows(self.est_poses[self.est_rows >= 0])))

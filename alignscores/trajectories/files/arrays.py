@@ -1,6 +1,5 @@
 """Arrays of NumPy: ``.npy`` and ``.npz``."""
 
-import zipfile
 from io import BytesIO
 from typing import Any
 
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...texts import first_few
 from .poses import Trajectory, poses_from_matrices
-from .text import FileError, FilePath, Source, most_bytes, read_bytes, refuse_more
+from .text import FileError, FilePath, Source, read_bytes
 
 __all__ = ["read_arrays"]
 
@@ -75,17 +74,12 @@ def read_arrays(path: FilePath) -> Trajectory:
 
 def _arrays(path: FilePath, content: bytes) -> dict[str, NDArray[Any]]:
     """Return the arrays of numbers of a file with this content, if they are not too large."""
-    data = BytesIO(content)
     try:
-        if zipfile.is_zipfile(data):
-            unpacked = sum(each.file_size for each in zipfile.ZipFile(data).infolist())
-            refuse_more(path, unpacked, most_bytes())
-        data.seek(0)
-        stored = np.load(data, allow_pickle=False)
+        stored = np.load(BytesIO(content), allow_pickle=False)
         members = {"the array": stored} if isinstance(stored, np.ndarray) else dict(stored)
         arrays = {name: one for name, one in members.items() if isinstance(one, np.ndarray)}
         return {name: array for name, array in arrays.items() if array.dtype.kind in "fiu"}
-    except (FileError, MemoryError):
+    except MemoryError:
         raise
     except Exception:  # a broken archive or header leads to errors of many kinds
         raise FileError(path, "is not a file of arrays, .npy or .npz, without objects") from None

@@ -34,7 +34,6 @@ __all__ = ["Table", "open_table", "read_stamps", "read_table"]
 
 COMMENTS = ("#", "%", "//")
 MISSING = {"", "na", "none", "null"}  # what stands in a table instead of a number
-LONGEST_LINE = 10_000  # characters
 
 
 def read_table(path: FilePath, columns: str | None = None, *, euroc: bool = False) -> Trajectory:
@@ -157,7 +156,7 @@ def open_table(path: FilePath) -> Table:
         is_comment = text.startswith(COMMENTS)
         if not is_comment and any(map(is_number, re.split(r"[\s,;]+", text))):
             separator, translation = _separator(text.partition("#")[0])
-            rows = _rows(path, chain([(number, line)], lines), translation)
+            rows = _rows(chain([(number, line)], lines), translation)
             first = next(rows)
             fields = first[1].split(separator)
             if separator and not fields[-1].strip():  # which ends lines
@@ -216,13 +215,9 @@ def _separator(text: str) -> tuple[str | None, dict[int, str | None]]:
     return separator, translation
 
 
-def _rows(path: FilePath, lines: Lines, translation: dict[int, str | None]) -> Lines:
+def _rows(lines: Lines, translation: dict[int, str | None]) -> Lines:
     """Yield the lines that are neither blank nor comments."""
     for number, line in lines:
         text = line.partition("#")[0].strip()
-        if not text or text.startswith(COMMENTS):
-            continue
-        if len(text) > LONGEST_LINE:
-            reason = f"has more than {LONGEST_LINE} characters"
-            raise FileError(path, reason, place=f"line {number}")
-        yield number, text.translate(translation)
+        if text and not text.startswith(COMMENTS):
+            yield number, text.translate(translation)

@@ -6,7 +6,7 @@ import sys
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from io import BytesIO, TextIOWrapper
+from io import BytesIO, StringIO
 from math import isfinite
 from os import PathLike
 from pathlib import Path
@@ -25,7 +25,6 @@ STDIN = "-"
 GZIP = b"\x1f\x8b"  # the first bytes
 LIMIT = "ALIGNSCORES_MAX_MB"  # the variable of the environment that raises the bound
 MOST_MB = 256
-BYTES_OF_LINE = 64  # of the bound: a file may have as many lines as this makes of it
 BYTES = 1 << 20  # that are read at a time
 
 
@@ -73,64 +72,43 @@ class Source:
             raise self.error(int(np.argmax(wrong)), reason)
 
 
-def most_bytes() -> int:
-    """Return how many bytes are read of a file, unpacked, before it is refused."""
-    megabytes = os.environ.get(LIMIT) or str(MOST_MB)
-    if not (is_number(megabytes, finite=True) and float(megabytes) > 0):
-        raise ValueError(f"{LIMIT} must be a number of MB above 0, not {megabytes[:40]!r}")
-    return int(min(float(megabytes) * 10**6, sys.maxsize / 2))
-
-
-def refuse_more(path: FilePath, number: int, most: int, unit: str = "bytes") -> None:
-    """Raise an error for a file that is too large."""
-    if number > most:
-        raise FileError(path, f"has more than {most} {unit}; set {LIMIT} higher to read it")
-
-
-def read_bytes(path: FilePath, most: int | None = None) -> bytes:
+def read_bytes(path: FilePath) -> bytes:
     """Return the content of a file, which may be compressed or stdin, if it is not too large."""
-    most = most or most_bytes()
     try:
         if str(path) == STDIN:
             if sys.stdin is None:
                 raise FileError(path, "standard input is closed")
-            data = _read_at_most(sys.stdin.buffer, most)
+            data = _read(path, sys.stdin.buffer)
         else:
             with Path(path).open("rb") as file:
-                data = _read_at_most(file, most)
-        refuse_more(path, len(data), most)
+                data = _read(path, file)
         if data.startswith(GZIP) or str(path).endswith(".gz"):
-            data = _read_at_most(gzip.GzipFile(fileobj=BytesIO(data)), most)
+            data = _read(path, gzip.GzipFile(fileobj=BytesIO(data)))
     except (EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise FileError(path, f"is not a complete gzip file ({error})") from None
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from None
-    refuse_more(path, len(data), most)
     return data
 
 
-def _read_at_most(stream: BinaryIO | gzip.GzipFile, most: int) -> bytes:
-    """Return what a stream holds, at most one byte more than `most`.
-
-    To ask for so much at once would take the memory for it, however little there is.
-    """
+def _read(path: FilePath, stream: BinaryIO | gzip.GzipFile) -> bytes:
+    """Return what a stream holds; refuse one that is too large, or has no end."""
+    megabytes = os.environ.get(LIMIT) or str(MOST_MB)
+    if not (is_number(megabytes) and float(megabytes) > 0):
+        raise ValueError(f"{LIMIT} must be a number of MB above 0, not {megabytes[:40]!r}")
     content = BytesIO()
-    while content.tell() <= most and (block := stream.read(min(BYTES, most + 1 - content.tell()))):
+    while block := stream.read(BYTES):
         content.write(block)
+        if content.tell() > float(megabytes) * 10**6:
+            reason = f"has more than {megabytes} MB; set {LIMIT} higher to read it"
+            raise FileError(path, reason)
     return content.getvalue()
 
 
 def read_text(path: FilePath) -> str:
-    """Return the text of a file of JSON, which may be compressed or stdin.
-
-    Its bound is lower, since what it holds takes many times as much memory.
-    """
-    return _decoded(path, read_bytes(path, most_bytes() // 4))
-
-
-def _decoded(path: FilePath, data: bytes) -> str:
+    """Return the text of a file, which may be compressed or stdin."""
     try:
-        return data.decode("utf-8-sig")
+        return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise FileError(path, "is not text (UTF-8)", place=f"line {line}") from None
@@ -138,11 +116,7 @@ def _decoded(path: FilePath, data: bytes) -> str:
 
 def numbered_lines(path: FilePath) -> Lines:
     """Yield the lines of a text file, whatever ends them, with their numbers."""
-    data, most = read_bytes(path), most_bytes() // BYTES_OF_LINE
-    _decoded(path, data)  # at once: a decoder of blocks does not tell the line
-    for number, line in enumerate(TextIOWrapper(BytesIO(data), "utf-8-sig"), 1):
-        refuse_more(path, number, most, "lines")
-        yield number, line
+    yield from enumerate(StringIO(read_text(path), newline=None), 1)
 
 
 def is_number(field: str, *, finite: bool = False) -> bool:

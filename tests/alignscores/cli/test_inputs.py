@@ -9,7 +9,6 @@ from ..conftest import FILES
 OUTPUTS = {  # the suffix of each option's file
     "--save_errors": ".csv",
     "--save_metrics": ".csv",
-    "--profile": ".csv",
     "--save_aligned": ".txt",
     "--save_results": ".zip",
     "--save_plot": ".png",
@@ -75,8 +74,8 @@ def test_no_output_replaces_an_input(here, examples, refused, option, whose, way
 
 def test_two_options_write_no_file_together(here, examples, refused):
     files = [examples / file for file in FILES["tum"]]
-    both = "--save_errors", here / "a.csv", "--profile", here / "../here/a.csv"
-    refused("would both write", "tum", *files, *both)
+    both = "--save_errors", here / "a.csv", "--save_metrics", here / "../here/a.csv"
+    refused("would replace what --save_errors writes", "tum", *files, *both)
 
 
 @pytest.mark.parametrize("whose", ["desk/gt", "lonely/gt", "desk/orb/0", "new/orb/0"])

@@ -13,30 +13,6 @@ from alignscores.trajectories.files import read_kitti, read_tum
 from ..conftest import AT_STAMPS, COLMAP, KITTI, TUM
 
 
-def test_save_profiles(run, tmp_path):
-    """The crossing of one half is that of the table; estimates share their units."""
-    path = tmp_path / "profiles.csv"
-    code, out, _ = run(*TUM, TUM[1], "--missing", "fail", "--profile", path, "--json")
-    assert code == 0
-    results = {result["name"]: result for result in json.loads(out)["results"]}
-    curves = {}
-    with path.open() as file:
-        for row in csv.DictReader(file):
-            pair = float(row["unit"]), float(row["value"])
-            curves.setdefault((row["estimate"], row["score"]), []).append(pair)
-    assert set(curves) == {(name, score) for name in results for score in ("TAS", "RAS")}
-    for (name, score), curve in curves.items():
-        units, values = np.array(curve).T
-        assert np.all(np.diff(units) > 0)
-        assert np.all(np.diff(values) >= 0)
-        np.testing.assert_array_equal(units, np.array(curves["reference.txt", score])[:, 0])
-        half = results[name]["half_distance" if score == "TAS" else "half_angle"]
-        row = np.searchsorted(units, half)
-        assert values[row] >= 0.5 > (values[row - 1] if row else 0)
-    (result,) = json.loads(run(*TUM, "--missing", "fail", "--json")[1])["results"]
-    assert result["half_distance"] == results["estimate.txt"]["half_distance"]
-
-
 def test_save_errors_has_every_expected_frame(run, tum, tmp_path, write):
     """And no other one of a denser reference; a status says why an error is missing or infinite."""
     files = "tum", tum(391, 100, "gt.txt"), tum(40, 10, "est.txt", lost=(10, 25)), "--max_gap", 0
@@ -96,7 +72,7 @@ def test_output_folder(run, tmp_path):
     """It is created, and has every result; of several estimates each has an aligned file."""
     folder = tmp_path / "results"
     assert run(*TUM, TUM[1], "-o", folder)[0] == 0
-    names = ["scores.json", "errors.csv", "metrics.csv", "profile.csv", "plot.png", "page.html"]
+    names = ["scores.json", "errors.csv", "metrics.csv", "plot.png", "page.html"]
     names += ["aligned_estimate.txt", "aligned_reference.txt"]
     assert sorted(path.name for path in folder.iterdir()) == sorted(names)
     assert json.loads((folder / "scores.json").read_text()) == json.loads(

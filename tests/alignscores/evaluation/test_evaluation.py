@@ -95,8 +95,8 @@ def test_numbered_frames_may_be_missing(examples):
     reference, estimate = (read_kitti(examples / file) for file in FILES["kitti"])
     found = Trajectory(estimate.keys[::2], estimate.poses[::2])
     failed, ignored = (evaluate(reference, found, missing=name) for name in ("fail", "ignore"))
-    assert (len(failed.matches.keys), failed.matches.missing) == (40, 20)
-    assert (len(ignored.matches.keys), ignored.matches.missing) == (20, 20)
+    assert (len(failed.matches.keys), failed.matches.matched) == (40, 20)
+    assert (len(ignored.matches.keys), ignored.matches.matched) == (20, 20)
     assert failed.ras == pytest.approx(ignored.ras / 2)
 
 

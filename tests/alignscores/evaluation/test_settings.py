@@ -16,7 +16,7 @@ from alignscores.trajectories.formats import FORMATS
     [
         ("format", "sfm", f"format must be one of {', '.join(FORMATS)}, not 'sfm'"),
         ("missing", None, "missing must be one of fail, ignore, not None"),
-        ("t_max_diff", "0.1", "t_max_diff must be a finite number of at least 0, not '0.1'"),
+        ("t_max_diff", "1e", "t_max_diff must be a finite number of at least 0, not '1e'"),
         ("rate", 0, "rate must be a finite number above 0 or all, not 0"),
         ("rate", "each", "rate must be a finite number above 0 or all, not 'each'"),
         ("rate", None, "rate must be a finite number above 0 or all, not None"),

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alignscores.trajectories.files import FileError, read_arrays, read_nerf, read_stamps, read_tum
+from alignscores.trajectories.files import FileError, read_arrays, read_nerf, read_tum
 from alignscores.trajectories.recognition import recognise
 
 LINE = b"%d 1 2 3 0 0 0 1\n"
@@ -40,7 +40,7 @@ def header(shape):
     return file.getvalue()
 
 
-LARGE = "has more than 1000000 bytes; set ALIGNSCORES_MAX_MB higher"
+LARGE = "has more than 1 MB; set ALIGNSCORES_MAX_MB higher"
 NO_ARRAYS = "is not a file of arrays"
 
 
@@ -50,22 +50,13 @@ NO_ARRAYS = "is not a file of arrays"
         (read_tum, lambda: LINE * 100_000, LARGE),
         (read_tum, lambda: gzip.compress(LINE * 100_000), LARGE),
         (read_tum, lambda: gzip.compress(gzip.compress(b"0" * 10**8)), "is not text"),
-        (
-            read_tum,
-            lambda: b"#\n" * 20_000 + LINE,
-            "has more than 15625 lines; set ALIGNSCORES_MAX_MB",
-        ),
-        (read_tum, lambda: b"1 " * 10_000, "line 1: has more than 10000 characters"),
-        (read_stamps, lambda: b"1\n" * 20_000, "has more than 15625 lines"),
         (recognise, lambda: b"1 1\n" * 300_000, LARGE),
-        (read_nerf, lambda: b"[" * 300_000, "has more than 250000 bytes"),
         (read_nerf, lambda: b"[" * 200_000, "is not JSON that can be read"),
         (
             read_nerf,
             lambda: transforms("1" + "0" * 5000),
             "is not JSON that can be read",
         ),
-        (read_arrays, lambda: packed(a=np.zeros((10**6, 3, 4))), "has more than 1000000 bytes"),
         (read_arrays, lambda: header((10**14, 4, 4)) + bytes(64), NO_ARRAYS),
         (read_arrays, lambda: header((2, 4, 4)).replace(b"(2,", b"((("), NO_ARRAYS),
         (read_arrays, lambda: packed(a=np.zeros((2, 4, 4)))[:-30], NO_ARRAYS),
