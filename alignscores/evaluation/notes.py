@@ -61,16 +61,15 @@ def collected_warnings() -> Iterator[list[str]]:
 def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
     """Return the notes on scores; with `check` those on mistakes and low scores, too."""
     timed = evaluation.estimate.keys.dtype.kind == "f"
-    of_matching = (
-        (unmatched_poses, left_out_frames, duplicates, few_poses, ignored_time)
-        if timed
-        else (unmatched_images,)
-    )
-    of_matching = (*of_matching, lever_arm, indistinguishable)
-    with_rotations = (convention, alignments_apart, low_score)
-    of_mistakes = (clock, *(with_rotations if evaluation.has_rotations else ())) if check else ()
-    notes = [note(evaluation) for note in (*of_matching, *of_mistakes)]
-    return [note for note in notes if note]
+    kinds = [unmatched_images]
+    if timed:
+        kinds = [unmatched_poses, left_out_frames, duplicates, few_poses, ignored_time]
+    kinds += [lever_arm, indistinguishable]
+    if check:
+        kinds.append(clock)
+    if check and evaluation.has_rotations:
+        kinds += [convention, alignments_apart, low_score]
+    return [note for kind in kinds if (note := kind(evaluation))]
 
 
 def lever_arm(evaluation: Evaluation) -> Note | None:
