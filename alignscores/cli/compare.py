@@ -57,9 +57,6 @@ EVERYDAY = {
     *("t_max_diff", "t_offset", "alignment", "dry_run", "jobs", "by", "baseline", "fail_on"),
     *("verbose", "metrics", "html", "markdown", "show"),
 }
-FRAMES = (
-    "file with the time stamps of the expected frames, or a pattern of such files with {sequence}"
-)
 FILES = (
     "patterns of the references and of the estimates, with {sequence}, {system} and {run}; or one "
     "YAML file"
@@ -86,7 +83,7 @@ def compare_parser(*, everything: bool = True) -> Parser:
         epilog=EPILOG,
     )
     parser.add_argument("files", nargs="+", metavar="[FORMAT] REF EST", help=FILES)
-    parser.add_settings("format", "metrics", frames=FRAMES)
+    parser.add_settings("format", "metrics")
     add = parser.add_argument_group("runs").add_argument
     add("--dry-run", action="store_true", help="list the files, and score nothing")
     add("--expect_all", action="store_true", help="a system without runs on a sequence fails")

@@ -48,8 +48,8 @@ class Parser(argparse.ArgumentParser):
                 action.help = argparse.SUPPRESS
         return super().format_help()
 
-    def add_settings(self, *left_out: str, **helps: str) -> None:
-        """Add an option for each setting, in its group; `helps` replace the settings' own."""
+    def add_settings(self, *left_out: str) -> None:
+        """Add an option for each setting, in its group."""
         groups: dict[str, Any] = {}
         for name, option in options().items():
             if name in left_out:
@@ -58,7 +58,6 @@ class Parser(argparse.ArgumentParser):
                 groups[option.group] = self.add_argument_group(option.group)
             default = getattr(Settings, name)
             shown = "" if default in (None, False) else " (default: %(default)s)"
-            help = helps.get(name, option.help) + shown
             metavar = "TOPIC" if option.topics else "NAMES" if option.tables else "FILE"
             kind: dict[str, Any] = {"metavar": metavar}
             if default is False:
@@ -69,7 +68,9 @@ class Parser(argparse.ArgumentParser):
                 kind = {"choices": option.choices}
             elif option.number:
                 kind = {"metavar": "X"}
-            groups[option.group].add_argument(f"--{name}", default=default, help=help, **kind)
+            groups[option.group].add_argument(
+                f"--{name}", default=default, help=option.help + shown, **kind
+            )
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Return the arguments; options of other programs end in a hint."""

@@ -48,6 +48,7 @@ class Outcome:
     unit: float = np.nan
     lost: float = 1.0
     scale: float = np.nan  # of the alignment, where there is one for all
+    ate: float | None = None
     chance: float = np.nan  # TAS of a camera that never moves, of the reference alone
     rows: Indices = field(default_factory=lambda: np.empty(0, np.intp))  # in the reference
     stamps: Floats = field(default_factory=lambda: np.empty(0))  # in seconds; none of images
@@ -147,6 +148,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         lost=evaluation.lost,
         chance=evaluation.chance,
         scale=np.nan if evaluation.scale is None else evaluation.scale,
+        ate=evaluation.ate,
         rows=matches.gt_rows,
         stamps=matches.keys if matches.keys.dtype.kind == "f" else np.empty(0),
         statuses=evaluation.statuses,

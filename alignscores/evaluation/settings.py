@@ -196,7 +196,7 @@ class Settings:
     frames: FilePath | Floats | tuple[float, ...] | None = _matching(  # noqa: RUF009
         None,
         "time stamps of the expected frames, instead of --rate, in the first column of a text "
-        "file, in s or ns like the estimate (implies --missing fail)",
+        "file, in s or ns like the estimate; for compare also a pattern with {sequence}",
         timed=True,
     )
     invert: bool = _matching(False, "the estimates are world-to-camera: invert them", flag=True)

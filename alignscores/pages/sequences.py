@@ -68,7 +68,6 @@ def _estimate(result: Result, summary: Summary) -> Estimate:
     name = summary.system_names[run.system] + (
         f", run {printable(run.run)}" if entry.runs > 1 else ""
     )
-    scores = outcome.scores
     return Estimate(
         name=name,
         rows=outcome.rows,
@@ -76,8 +75,8 @@ def _estimate(result: Result, summary: Summary) -> Estimate:
         position_errors=outcome.position_errors,
         rotation_errors=outcome.rotation_errors,
         positions=outcome.positions,
-        half=(scores["half_distance"], scores["half_angle"]),
-        ate=scores.get("ATE"),
+        half=(outcome.scores["half_distance"], outcome.scores["half_angle"]),
+        ate=outcome.ate,
         tracked=1 - outcome.lost,
         notes=[f"{name}: {note}" for note in notes],
     )

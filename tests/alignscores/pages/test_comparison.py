@@ -120,3 +120,4 @@ def test_one_run_of_each_system_is_in_a_frame(patterns, run, compare, tmp_path, 
         chosen = sorted(scored, key=lambda one: one["PAS"])[index]
         assert row[0] == f"{system}, run {chosen['run']}"
         assert row[1:4] == [f"{chosen[name]:.3f}" for name in ("TAS", "RAS", "PAS")]
+        assert float(row[8]) > 0  # ATE
