@@ -73,7 +73,7 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
     code, out, err = run(*patterns, "--json", "--jobs", 1)
     assert code == 1
     starts = ["sequence new: has no reference", "system c: has no run on a sequence with"]
-    starts += ["car/a/0.txt: ", "car/b/1.txt", "car/b/2.txt: has more than 50000 bytes"]
+    starts += ["car/a/0.txt: ", "car/b/1.txt", "car/b/2.txt: has more than 0.05 MB"]
     starts += ["a: has no run 1 on helix; it counts as a failure"]
     for line, start in zip(err.splitlines(), starts, strict=True):
         assert line.startswith(f"alignscores: error: {start}")
