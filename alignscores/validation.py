@@ -17,7 +17,6 @@ __all__ = [
     "check_positive",
     "check_rotations",
     "check_same_length",
-    "check_weights",
     "finite_rows",
     "real_array",
 ]
@@ -79,20 +78,6 @@ def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> N
             f"{gt_name} has {len(gt)} cameras but {est_name} has {len(est)}; "
             "row i of both must be the same camera"
         )
-
-
-def check_weights(values: ArrayLike, n: int) -> Floats:
-    """Return weights of n cameras as (n,) floats, none negative and not all 0."""
-    weights = real_array(values, "weights")
-    if weights.shape != (n,):
-        raise ValueError(f"weights must have shape ({n},), not {weights.shape}")
-    wrong = ~((weights >= 0) & np.isfinite(weights))
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        raise ValueError(f"weights[{row}] must be finite and not negative, but is {weights[row]}")
-    if not weights.any():
-        raise ValueError("weights are all zero")
-    return weights
 
 
 def check_positive(value: float, name: str, *, integer: bool = False) -> None:

@@ -140,22 +140,6 @@ def test_wrong_options(function, name, values):
         assert repr(value) in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("weights", "message"),
-    [
-        ([1, 1, 1], r"weights must have shape \(4,\), not \(3,\)"),
-        ([1, 1, -1, 1], r"weights\[2\] must be finite and not negative, but is -1"),
-        ([1, np.nan, 1, 1], r"weights\[1\] must be finite"),
-        ([1, 1, 1, np.inf], r"weights\[3\] must be finite"),
-        ([0, 0, 0, 0], "weights are all zero"),
-        (["a", "b", "c", "d"], "weights must hold real numbers"),
-    ],
-)
-def test_wrong_weights(weights, message):
-    with pytest.raises(ValueError, match=message):
-        Similarity.fit(POSITIONS[:4], POSITIONS[:4], weights)
-
-
 # --- what is accepted -----------------------------------------------------------------------------
 
 
