@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 from .aligner import Aligner, Seed, one_scene
 from .histogram import AlignmentScore, equal_steps
 from .registration import Registration
-from .registration.kernel import closest_pairs
 from .similarity import Similarity
-from .validation import AlignmentWarning, check_positions, check_positive
+from .validation import AlignmentWarning, check_positive
 
 __all__ = ["TASResult", "closest_pair_quartile", "tas"]
 
@@ -246,13 +245,7 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     >>> closest_pair_quartile([[0, 0, 0], [1, 0, 0], [3, 0, 0], [7, 0, 0]])
     2.0
     """
-    gt = check_positions(gt_positions, "gt_positions", complete=True)
-    n = len(gt)
-    rank = (3 * n + 3) // 4
-    d = float(np.partition(closest_pairs(gt), rank - 1)[rank - 1]) if n > 3 else np.nan
-    if reason := no_unit(d, n):
-        raise ValueError(reason)
-    return d
+    return tas(gt_positions, gt_positions, alignment="none").unit
 
 
 def no_unit(d: float, n: int) -> str:
