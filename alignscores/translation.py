@@ -10,7 +10,7 @@ from .aligner import Aligner, Seed, one_scene
 from .histogram import AlignmentScore, equal_steps
 from .registration import Registration
 from .similarity import Similarity
-from .validation import AlignmentWarning, check_positive
+from .validation import AlignmentWarning, check_positive, finite_rows
 
 __all__ = ["TASResult", "closest_pair_quartile", "tas"]
 
@@ -199,7 +199,7 @@ def tas(
         raise ValueError(reason)
     check_positive(d, "unit")
     if similarity is None:
-        distinct = len(np.unique(aligner.est[aligner.estimated], axis=0))
+        distinct = len(np.unique(aligner.est[finite_rows(aligner.est)], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
             f"the ground truth ({distinct} distinct estimated positions of {len(aligner.gt)} "

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Booleans, Floats, Indices
+from ...arrays import Floats, Indices
 from ...similarity import ALIGNMENTS, check_alignment
 from ...validation import check_positive
 
@@ -128,11 +128,6 @@ class Aligned(NamedTuple):
     errors: Floats
     units: Floats
     n_hypotheses: Indices
-
-    @property
-    def found(self) -> Booleans:
-        """Which scenes have an alignment."""
-        return np.asarray(~np.isnan(self.rows[:, 0]))
 
 
 def align_scenes(
