@@ -108,7 +108,7 @@ def test_arrays_that_do_not_belong_together(what):
 
 
 LEVELS = 0, -1, 1.1, np.nan, "half", True
-UNITS = [], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [1.0, np.nan], [np.inf], [[1.0]], "units", 3
+UNITS = [], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [1.0, np.nan], [np.inf], [[1.0]], 3
 OPTIONS = [
     (tas, "unit", (0, -1, np.nan, np.inf, True, "1", [1.0])),
     (tas, "n_hypotheses", (0, -5, 1.5, True, np.nan, None, "9")),
