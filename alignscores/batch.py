@@ -411,11 +411,8 @@ def _tas_batch(
 ) -> TASBatch:
     check_positive(threads, "threads", integer=True)
     aligner = Aligner(gt, est, starts, threads=int(threads), **settings)
-    if unit is not None:
-        check_positive(unit, "unit")
     steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
-    units = np.full(len(starts) - 1, np.nan if unit is None else float(unit))
-    aligned = aligner.align(units, steps[-1])
+    aligned = aligner.align(unit, steps[-1])
     units = aligned.units
     thresholds = units[:, None] * steps
     scored = (units > 0) & (units < np.inf) & (np.diff(starts) > 0)

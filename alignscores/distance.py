@@ -119,14 +119,11 @@ def tas_distance(
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return nan
     if aligner.has_one_alignment:
-        errors = np.sort(aligner.align(np.ones(1)).errors)
+        errors = np.sort(aligner.align(1.0).errors)
         distance = smallest_unit(errors, score, N_THRESHOLDS)
     else:
         distance, errors = search_unit(
-            lambda unit: aligner.align(np.array([unit])).errors,
-            extent(aligner.gt),
-            score,
-            N_THRESHOLDS,
+            lambda unit: aligner.align(unit).errors, extent(aligner.gt), score, N_THRESHOLDS
         )
     if np.isinf(errors).all():
         warnings.warn(

@@ -196,7 +196,7 @@ def tas_profile(
     rows: list[Floats] = []
 
     def errors_at(unit: float) -> Floats:
-        rows.append(np.sort(aligner.align(np.array([unit])).errors))
+        rows.append(np.sort(aligner.align(unit).errors))
         return rows[-1]
 
     if aligner.has_one_alignment:

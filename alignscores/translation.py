@@ -190,10 +190,8 @@ def tas(
         alignment=alignment,
         up=up,
     )
-    if unit is not None:
-        check_positive(unit, "unit")
     steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
-    aligned = aligner.align(np.array([np.nan if unit is None else float(unit)]), steps[-1])
+    aligned = aligner.align(unit, steps[-1])
     d, similarity = float(aligned.units[0]), Similarity.of_row(aligned.rows[0])
     if unit is None and (reason := no_unit(d, len(aligner.gt))):
         raise ValueError(reason)
