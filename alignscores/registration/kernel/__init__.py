@@ -154,9 +154,7 @@ def align_scenes(
     random = [_address_of(one.bit_generator.capsule, b"BitGenerator") for one in generators]
     rows, errors = np.full((n, 13), np.nan), np.full(len(gt), np.inf)
     aligned = Aligned(rows, errors, units.copy(), np.zeros(n, np.intp))
-    start, truth, estimate, *results = (
-        array.__array_interface__["data"][0] for array in (starts, gt, est, *aligned)
-    )
+    start, truth, estimate, *results = (array.ctypes.data for array in (starts, gt, est, *aligned))
     if not _LIBRARY.align_scenes(
         ctypes.byref(options),
         n,
