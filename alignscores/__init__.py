@@ -66,44 +66,29 @@ __all__ = [
 
 # Imported when they are asked for, so that the command starts, and ends, at once.
 MODULES = {
-    "AlignmentScore": "histogram",
-    "AlignmentWarning": "validation",
-    "Comparison": "comparison",
-    "Convention": "trajectories.conventions",
-    "Evaluation": "evaluation",
-    "PASBatch": "batch",
-    "PASResult": "pose",
-    "RASBatch": "batch",
-    "RASResult": "rotation",
-    "Registration": "registration",
-    "ScoreProfile": "profile",
-    "Settings": "evaluation",
-    "Similarity": "similarity",
-    "TASBatch": "batch",
-    "TASResult": "translation",
-    "Trajectory": "trajectories.files",
-    "check_conventions": "trajectories.conventions",
-    "closest_pair_quartile": "translation",
-    "compare": "comparison",
-    "evaluate": "evaluation",
-    "nearest_rotations": "averaging",
-    "pas": "pose",
-    "pas_batch": "batch",
-    "ras": "rotation",
-    "ras_angle": "distance",
-    "ras_batch": "batch",
-    "ras_profile": "profile",
-    "tas": "translation",
-    "tas_batch": "batch",
-    "tas_distance": "distance",
-    "tas_profile": "profile",
+    "averaging": "nearest_rotations",
+    "batch": "PASBatch RASBatch TASBatch pas_batch ras_batch tas_batch",
+    "comparison": "Comparison compare",
+    "distance": "ras_angle tas_distance",
+    "evaluation": "Evaluation Settings evaluate",
+    "histogram": "AlignmentScore",
+    "pose": "PASResult pas",
+    "profile": "ScoreProfile ras_profile tas_profile",
+    "registration": "Registration",
+    "rotation": "RASResult ras",
+    "similarity": "Similarity",
+    "trajectories.conventions": "Convention check_conventions",
+    "trajectories.files": "Trajectory",
+    "translation": "TASResult closest_pair_quartile tas",
+    "validation": "AlignmentWarning",
 }
 
 
 def __getattr__(name: str) -> object:
-    if name not in MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{MODULES[name]}", __name__), name)
+    for module, names in MODULES.items():
+        if name in names.split():
+            return getattr(import_module(f".{module}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

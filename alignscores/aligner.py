@@ -7,11 +7,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Booleans, Floats, Indices
+from .arrays import Floats, Indices
 from .registration import REGISTRATIONS, Registration, kernel
 from .registration.kernel import Aligned, Seed
 from .similarity import Similarity
-from .validation import check_positions, check_same_length, finite_rows
+from .validation import check_positions, check_positive, check_same_length
 
 __all__ = ["Aligned", "Aligner", "Seed", "map_threads", "one_scene"]
 
@@ -59,16 +59,14 @@ class Aligner:
         """Whether the alignment is the same at all thresholds."""
         return self._alignment == "none" or self.registration == "pcr99"
 
-    @property
-    def estimated(self) -> Booleans:
-        """Which cameras were estimated."""
-        return finite_rows(self.est)
+    def align(self, unit: float | None, max_threshold: float = 1.0) -> Aligned:
+        """Align each scene for errors up to a threshold in a unit, by default d.
 
-    def align(self, units: Floats, max_threshold: float = 1.0) -> Aligned:
-        """Align each scene for errors up to a threshold in a unit, (B,), d where it is NaN.
-
-        A scene whose unit is not positive and finite is left without an alignment.
+        A scene whose d is not positive and finite is left without an alignment.
         """
+        if unit is not None:
+            check_positive(unit, "unit")
+        units = np.full(len(self.starts) - 1, np.nan if unit is None else float(unit))
         self._options.max_threshold = max_threshold
 
         def align(first: int) -> Aligned:

@@ -5,17 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Booleans", "Floats", "Indices", "of_equal_size", "sizes"]
+__all__ = ["Booleans", "Floats", "Indices", "of_equal_size"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Booleans = NDArray[np.bool_]
-
-
-def sizes(starts: Indices) -> Indices:
-    """Return the number of rows of each scene, from where each starts (B + 1)."""
-    counts: Indices = starts[1:] - starts[:-1]  # np.diff takes several times as long
-    return counts
 
 
 def of_equal_size(starts: Indices) -> Iterator[tuple[Indices, Indices]]:
@@ -23,7 +17,7 @@ def of_equal_size(starts: Indices) -> Iterator[tuple[Indices, Indices]]:
 
     Scenes without a row are left out.
     """
-    counts = sizes(starts)
+    counts = np.diff(starts)
     for size in sorted(set(counts[counts > 0].tolist())):  # np.unique takes longer for few
         scenes = np.flatnonzero(counts == size)
         yield scenes, starts[scenes, None] + np.arange(size)

@@ -1,4 +1,4 @@
-"""Single rotation averaging: the chordal, the geodesic L1 and the robust TLUD mean."""
+"""Single rotation averaging: the geodesic L1 and the robust TLUD mean."""
 
 from math import sin, sqrt
 
@@ -12,9 +12,7 @@ from .validation import finite_rows
 
 __all__ = [
     "angles_and_axes",
-    "chordal_mean",
     "dots",
-    "geodesic_l1_mean",
     "geodesic_l1_means",
     "nearest_rotations",
     "project_to_rotation",
@@ -85,48 +83,19 @@ def nearest_rotations(matrices: ArrayLike) -> Floats:
     return rotations
 
 
-def chordal_mean(rotations: Floats) -> Floats:
-    """Return the rotation with the smallest sum of squared chordal distances to (n, 3, 3) others.
-
-    It is the projection of their sum on SO(3) (Hartley et al., "Rotation Averaging", IJCV 2013,
-    section 5).
-    """
-    return project_to_rotation(rotations.sum(axis=0))
-
-
-def geodesic_l1_mean(
-    rotations: Floats,
-    start: Floats,
-    *,
-    max_steps: int = WEISZFELD_STEPS,
-    tolerance: float = 0.0,
-    axis: Floats | None = None,
+def geodesic_l1_means(
+    rotations: Floats, starts: Floats, *, tolerance: float = 0.0, axis: Floats | None = None
 ) -> Floats:
-    """Return the rotation that minimises the sum of angles to rotations (n, 3, 3): a median.
+    """Return the rotations with the smallest sums of angles to stacks (G, n, 3, 3): medians.
 
-    Weiszfeld steps from the start, until one is shorter than the tolerance in radians (Hartley,
+    Weiszfeld steps from the starts, until one is shorter than the tolerance in radians (Hartley,
     Aftab and Trumpf, "L1 rotation averaging using the Weiszfeld algorithm", CVPR 2011). A rotation
     that the iterate coincides with has no direction to pull in. As in Vardi and Zhang ("The
     multivariate L1-median and associated data depth", PNAS 2000) it cancels the pull of one other,
     so that the iterate stays where an exact majority is. With an axis all steps are about it.
     """
-    means = geodesic_l1_means(
-        *(rotations[None], start[None]), max_steps=max_steps, tolerance=tolerance, axis=axis
-    )
-    return np.asarray(means[0])
-
-
-def geodesic_l1_means(
-    rotations: Floats,
-    starts: Floats,
-    *,
-    max_steps: int = WEISZFELD_STEPS,
-    tolerance: float = 0.0,
-    axis: Floats | None = None,
-) -> Floats:
-    """Return `geodesic_l1_mean` of stacks of rotations (G, n, 3, 3)."""
     means, moving = starts.copy(), np.arange(len(starts))
-    for _ in range(max_steps):
+    for _ in range(WEISZFELD_STEPS):
         stacks = rotations if len(moving) == len(rotations) else rotations[moving]
         angles, axes = angles_and_axes(stacks, means[moving])
         away = angles > COINCIDENT
@@ -202,8 +171,9 @@ def yaw_mean(rotations: Floats, up: str) -> Floats:
     sums = [np.minimum(distances(angle), TLUD_THRESHOLD).sum() for angle in angles.tolist()]
     inlier = distances(float(angles[np.argmin(sums)])) < TLUD_THRESHOLD
     inliers = rotations[inlier] if inlier.any() else rotations
-    start, axis = best_yaw(inliers.sum(axis=0), up), np.eye(3)[k]
-    return geodesic_l1_mean(inliers, start, tolerance=TLUD_TOLERANCE, axis=axis)
+    starts, axis = best_yaw(inliers.sum(axis=0), up)[None], np.eye(3)[k]
+    means = geodesic_l1_means(inliers[None], starts, tolerance=TLUD_TOLERANCE, axis=axis)
+    return np.asarray(means[0])
 
 
 def rotation_angles(rotations: Floats) -> Floats:

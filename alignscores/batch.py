@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .aligner import Aligned, Aligner, Seed
-from .arrays import Floats, Indices, sizes
+from .arrays import Floats, Indices
 from .histogram import cumulative_frequency, equal_steps
 from .pose import PASResult, check_weight
 from .registration import Registration
@@ -411,21 +411,18 @@ def _tas_batch(
 ) -> TASBatch:
     check_positive(threads, "threads", integer=True)
     aligner = Aligner(gt, est, starts, threads=int(threads), **settings)
-    if unit is not None:
-        check_positive(unit, "unit")
     steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
-    units = np.full(len(starts) - 1, np.nan if unit is None else float(unit))
-    aligned = aligner.align(units, steps[-1])
+    aligned = aligner.align(unit, steps[-1])
     units = aligned.units
     thresholds = units[:, None] * steps
-    scored = (units > 0) & (units < np.inf) & (sizes(starts) > 0)
+    scored = (units > 0) & (units < np.inf) & (np.diff(starts) > 0)
     _warn(~scored, "TAS is undefined", "too few cameras, or too many of them coincide")
-    _warn(scored & ~aligned.found, "TAS is 0", "the estimate cannot be aligned")
+    _warn(scored & np.isnan(aligned.rows[:, 0]), "TAS is 0", "the estimate cannot be aligned")
     score = _scores(aligned.errors, thresholds, starts)
     score[~scored] = np.nan
     return TASBatch(
         score=score,
-        **_counts(aligner.estimated, starts),
+        **_counts(est, starts),
         errors=aligned.errors,
         thresholds=thresholds,
         starts=starts,
@@ -449,11 +446,11 @@ def _ras_batch(
     steps = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
     thresholds = np.tile(steps, (len(starts) - 1, 1))
     rotations, errors = align_rotations(gt, est, starts, alignment, up)
-    failed = np.isnan(rotations).all(axis=(1, 2)) & (sizes(starts) > 0)
+    failed = np.isnan(rotations).all(axis=(1, 2)) & (np.diff(starts) > 0)
     _warn(failed, "RAS is 0", "no camera was estimated")
     return RASBatch(
         score=_scores(errors, thresholds, starts),
-        **_counts(finite_rows(est), starts),
+        **_counts(est, starts),
         errors=errors,
         thresholds=thresholds,
         starts=starts,
@@ -523,9 +520,9 @@ def _as_parts(checked: Any) -> Sequence[Floats]:
     return checked if isinstance(checked, tuple) else (checked,)
 
 
-def _counts(estimated: NDArray[np.bool_], starts: Indices) -> dict[str, Indices]:
-    missing_before = np.append(0, np.cumsum(~estimated))[starts]
-    return {"n_cameras": sizes(starts), "n_lost": sizes(missing_before)}
+def _counts(est: Floats, starts: Indices) -> dict[str, Indices]:
+    missing_before = np.append(0, np.cumsum(~finite_rows(est)))[starts]
+    return {"n_cameras": np.diff(starts), "n_lost": np.diff(missing_before)}
 
 
 def _scores(errors: Floats, thresholds: Floats, starts: Indices) -> Floats:

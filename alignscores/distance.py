@@ -1,7 +1,6 @@
 """Half-score distance and angle: the smallest range of thresholds that reaches a score."""
 
 import warnings
-from bisect import bisect_left
 from collections.abc import Callable
 from math import floor, inf, nan
 from typing import TYPE_CHECKING
@@ -120,14 +119,11 @@ def tas_distance(
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return nan
     if aligner.has_one_alignment:
-        errors = np.sort(aligner.align(np.ones(1)).errors)
+        errors = np.sort(aligner.align(1.0).errors)
         distance = smallest_unit(errors, score, N_THRESHOLDS)
     else:
         distance, errors = search_unit(
-            lambda unit: aligner.align(np.array([unit])).errors,
-            extent(aligner.gt),
-            score,
-            N_THRESHOLDS,
+            lambda unit: aligner.align(unit).errors, extent(aligner.gt), score, N_THRESHOLDS
         )
     if np.isinf(errors).all():
         warnings.warn(
@@ -243,22 +239,14 @@ def smallest_unit(sorted_errors: Floats, score: float, n_thresholds: int) -> flo
     lowest = _continuous_unit(sorted_errors, score - 1 / n_thresholds)
     if highest < SMALLEST_NORMAL * n_thresholds:
         return 0.0
-
-    def reached(bits: int) -> bool:
-        frequency = int(sorted_errors.searchsorted(_float(bits) * steps).sum())
-        return frequency / (n_thresholds * n) >= score
-
-    # Positive floats have the order of their bits.
-    low, high = _bits(lowest * (1 - MARGIN)), _bits(highest * (1 + MARGIN))
-    return _float(low + bisect_left(range(low, high), True, key=reached))
-
-
-def _bits(value: float) -> int:
-    return int(np.float64(value).view(np.int64))
-
-
-def _float(bits: int) -> float:
-    return float(np.int64(bits).view(np.float64))
+    low, high = lowest * (1 - MARGIN), highest * (1 + MARGIN)
+    while low < (middle := (low + high) / 2) < high:  # until they are neighbours
+        frequency = int(sorted_errors.searchsorted(middle * steps).sum())
+        if frequency / (n_thresholds * n) >= score:
+            high = middle
+        else:
+            low = middle
+    return float(high)
 
 
 def extent(gt: Floats) -> float:

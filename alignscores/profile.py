@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from .aligner import Aligner, Seed, one_scene
 from .arrays import Floats
-from .distance import FITTED, ErrorsAt, extent, search_unit, smallest_unit
+from .distance import FITTED, extent, search_unit, smallest_unit
 from .histogram import equal_steps
 from .registration import Registration
 from .rotation import ras
-from .validation import AlignmentWarning
+from .validation import AlignmentWarning, real_array
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -25,7 +25,6 @@ __all__ = [
     "ScoreProfile",
     "extent_units",
     "ras_profile",
-    "searched_profile",
     "tas_profile",
 ]
 
@@ -194,14 +193,19 @@ def tas_profile(
         keep=True,
     )
     grid = extent_units(aligner.gt) if units is None else _checked_units(units)
-    n_fitted = FITTED[alignment]
+    rows: list[Floats] = []
+
+    def errors_at(unit: float) -> Floats:
+        rows.append(np.sort(aligner.align(unit).errors))
+        return rows[-1]
+
     if aligner.has_one_alignment:
-        errors = np.sort(aligner.align(grid[:1]).errors)
-        profile = ScoreProfile(grid, [errors], n_thresholds, n_fitted)
+        errors_at(float(grid[0]))
     else:
-        profile = searched_profile(
-            lambda unit: aligner.align(np.array([unit])).errors, grid, n_thresholds, n_fitted
-        )
+        search_unit(errors_at, float(grid[-1]), 0.5, n_thresholds)
+        for unit in grid.tolist():
+            errors_at(unit)
+    profile = ScoreProfile(grid, rows, n_thresholds, FITTED[alignment])
     if np.isinf(profile.errors).all():
         warnings.warn(
             "all scores are 0: the estimate cannot be aligned", AlignmentWarning, stacklevel=2
@@ -267,22 +271,6 @@ def ras_profile(
     return ScoreProfile(grid, [np.sort(result.errors)], n_thresholds)
 
 
-def searched_profile(
-    errors_at: ErrorsAt, units: Floats, n_thresholds: int, n_fitted: int = 0
-) -> ScoreProfile:
-    """Return the profile of the alignments found at all units and at the half-score unit."""
-    rows: list[Floats] = []
-
-    def recorded(unit: float) -> Floats:
-        rows.append(np.sort(errors_at(unit)))
-        return rows[-1]
-
-    search_unit(recorded, float(units[-1]), 0.5, n_thresholds)
-    for unit in units.tolist():
-        recorded(unit)
-    return ScoreProfile(units, rows, n_thresholds, n_fitted)
-
-
 def extent_units(gt: Floats) -> Floats:
     """Return the default units of positions, or raise ValueError if they have no extent."""
     largest = extent(gt)
@@ -295,10 +283,7 @@ def extent_units(gt: Floats) -> Floats:
 
 
 def _checked_units(units: ArrayLike) -> Floats:
-    try:
-        grid = np.asarray(units, dtype=np.float64)
-    except (TypeError, ValueError):
-        grid = np.empty(0)
+    grid = real_array(units, "units")
     valid = grid.ndim == 1 and grid.size > 0 and np.isfinite(grid).all()
     if not valid or grid[0] <= 0 or np.any(np.diff(grid) <= 0):
         raise ValueError(f"units must be positive, finite and ascending numbers, not {units!r}")

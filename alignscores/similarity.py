@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Floats
-from .validation import check_positions, check_same_length, check_weights
+from .validation import check_positions, check_same_length
 
 __all__ = [
     "ALIGNMENTS",
@@ -17,7 +17,6 @@ __all__ = [
     "best_yaw",
     "check_alignment",
     "least_squares_rmse",
-    "weighted_sums",
 ]
 
 
@@ -25,10 +24,8 @@ ALIGNMENTS = "similarity", "rigid", "yaw", "none"
 UP = "z", "y", "x", "-z", "-y", "-x"
 FARTHEST_SUMMABLE = 1e300  # sums and differences of coordinates beyond may overflow
 FARTHEST_SQUARABLE = 1e100  # squares of coordinates beyond, and their sums, may overflow
-BLOCK = 128  # cameras summed in one matrix product
 LINE = 1e-9  # ratio of second to first singular value below which the cameras lie on a line
 PARALLEL = 1e-6  # sine of an angle below which two directions have no usable normal
-SMALLEST = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +66,11 @@ class Similarity:
         cls,
         gt_positions: ArrayLike,
         est_positions: ArrayLike,
-        weights: ArrayLike | None = None,
         *,
         alignment: str = "similarity",
         up: str = "z",
     ) -> "Similarity":
-        """Return the least-squares alignment: the weighted sum of squared errors is smallest.
+        """Return the least-squares alignment: the sum of squared errors is smallest.
 
         The errors are `position_errors`, in ground-truth units. Not robust: one outlier
         moves it anywhere.
@@ -83,8 +79,6 @@ class Similarity:
         ----------
         gt_positions, est_positions : (n, 3) array_like
             Finite camera centres in the ground-truth and in the estimated frame.
-        weights : (n,) array_like, optional
-            Non-negative weight of each camera; by default they are equal.
         alignment : {"similarity", "rigid", "yaw", "none"}
             What may differ between the two frames; see `tas`.
         up : {"z", "y", "x", "-z", "-y", "-x"}
@@ -100,8 +94,7 @@ class Similarity:
         ------
         ValueError
             If the input is malformed, or no similarity of positive, finite scale is the best:
-            the cameras of positive weight coincide in either frame, or their two shapes are
-            uncorrelated.
+            the cameras coincide in either frame, or their two shapes are uncorrelated.
 
         References
         ----------
@@ -114,9 +107,7 @@ class Similarity:
         >>> import numpy as np
         >>> from alignscores import Similarity
         >>> gt = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-        >>> est = 2 * gt + [1, 2, 3]
-        >>> est[3] = 100
-        >>> alignment = Similarity.fit(gt, est, weights=[1, 1, 1, 0])
+        >>> alignment = Similarity.fit(gt, 2 * gt + [1, 2, 3])
         >>> round(alignment.scale, 9), alignment.translation.round(9)
         (2.0, array([1., 2., 3.]))
         """
@@ -126,25 +117,23 @@ class Similarity:
         check_alignment(alignment, up)
         if alignment == "none":
             return cls(1.0, np.eye(3), np.zeros(3))
-        w = np.ones(len(gt)) if weights is None else check_weights(weights, len(gt))
-        positive = w > 0
-        gt, gt_origin, gt_extent = _unit_extent(gt[positive])
-        est, est_origin, est_extent = _unit_extent(est[positive])
-        with np.errstate(all="ignore"):  # where nothing fits, the scale is NaN or infinite
-            scale, rotation, means = _weighted_fit(
-                gt, est, w[positive] / w.max(), up if alignment == "yaw" else None
-            )
-            if alignment != "similarity":
-                scale = gt_extent / est_extent
-            translation = means[3:] - scale * (rotation @ means[:3])
-            scale = float(scale * (est_extent / gt_extent)) if alignment == "similarity" else 1.0
+        gt, gt_centre, gt_extent = _centred(gt)
+        est, est_centre, est_extent = _centred(est)
+        covariance = (est[:, None] * gt).sum(axis=2)
+        scale = 1.0
+        if alignment == "yaw":
+            rotation = best_yaw(covariance, up)
+        else:
+            rotation, correlation = _best_rotation(covariance)
+        if alignment == "similarity":  # Umeyama's of the estimate to the ground truth, inverted
+            with np.errstate(all="ignore"):  # where nothing fits, the scale is NaN or infinite
+                scale = float((est * est).sum() / correlation * (est_extent / gt_extent))
         if not 0 < scale < np.inf:
             raise ValueError(
                 "no similarity fits gt_positions to est_positions: the cameras coincide in one of "
                 "the frames, or their shapes have nothing in common"
             )
-        translation = est_origin + est_extent * translation - scale * rotation @ gt_origin
-        return cls(scale, rotation, translation)
+        return cls(scale, rotation, est_centre - scale * rotation @ gt_centre)
 
     @classmethod
     def of_row(cls, row: Floats) -> "Similarity | None":
@@ -205,38 +194,16 @@ def best_yaw(matrix: Floats, up: str) -> Floats:
     return rotation
 
 
-def _weighted_fit(
-    gt: Floats, est: Floats, weights: Floats, up: str | None
-) -> tuple[float, Floats, Floats]:
-    """Return scale and rotation of the weighted least-squares similarity, and the means (6,).
-
-    The best rotation, about the vertical axis if one is given, maximises its correlation with the
-    weighted cross-covariance of the two centred clouds; scale and translation follow. The squared
-    errors are those in the ground truth, so it is Umeyama's fit of the estimate to the ground
-    truth, inverted.
-    """
-    weights = weights / np.maximum(weights.sum(), SMALLEST)
-    values = np.empty((24, len(gt)))  # 6 coordinates of both frames, 18 products with the estimate
-    both, products = values[:6], values[6:].reshape(3, 6, -1)
-    both[:3], both[3:] = gt.T, est.T
-    origin = np.einsum("n,kn->k", weights, both)  # so that the moments lose few digits
-    both -= origin[:, None]
-    np.multiply(both[3:, None], both, out=products)
-    moments = weighted_sums(weights[None], values)[0]
-    means = moments[:6]
-    covariance = moments[6:].reshape(3, 6) - means[3:, None] * means
-    means += origin
-    if up is not None:
-        return 1.0, best_yaw(covariance[:, :3], up), means
-    u, correlation, vt = np.linalg.svd(covariance[:, :3])
-    if correlation[1] <= LINE * correlation[0]:
+def _best_rotation(matrix: Floats) -> tuple[Floats, np.float64]:
+    """Return the rotation that correlates best with a matrix (3, 3), and their correlation."""
+    u, correlations, vt = np.linalg.svd(matrix)
+    if correlations[1] <= LINE * correlations[0]:
         # The spin about the line is free: the smallest rotation, not a rounding error.
         u, vt = _line_frames(u[:, 0], vt[0])
     handedness = np.sign(np.linalg.det(u @ vt))
     u[:, 2] *= handedness
-    correlation[2] *= handedness
-    rotation = u @ vt
-    return np.trace(covariance[:, 3:]) / correlation.sum(), rotation, means
+    correlations[2] *= handedness
+    return u @ vt, correlations.sum()
 
 
 def _line_frames(gt: Floats, est: Floats) -> tuple[Floats, Floats]:
@@ -249,15 +216,14 @@ def _line_frames(gt: Floats, est: Floats) -> tuple[Floats, Floats]:
     return columns.T, rows
 
 
-def weighted_sums(weights: Floats, values: Floats) -> Floats:
-    """Return ``weights @ values.T`` with the same bits for every number of BLAS threads."""
-    blocks = (slice(i, i + BLOCK) for i in range(0, values.shape[1], BLOCK))
-    return np.asarray(sum(weights[:, block] @ values[:, block].T for block in blocks))
+def _centred(positions: Floats) -> tuple[Floats, Floats, np.float64]:
+    """Return centred positions (3, n) in units of their extent, with centre and extent.
 
-
-def _unit_extent(positions: Floats) -> tuple[Floats, Floats, np.float64]:
-    """Return positions relative to the first, in units of their extent, with first and extent."""
+    Relative to the first position, coinciding ones are exactly 0.
+    """
     positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
-    local = positions - positions[0]
+    local = np.ascontiguousarray((positions - positions[0]).T)  # rows are summed more precisely
     extent = np.abs(local).max() or np.float64(1)
-    return local / extent, positions[0], extent
+    local /= extent
+    mean = local.mean(axis=1)
+    return local - mean[:, None], positions[0] + extent * mean, extent

@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 from .aligner import Aligner, Seed, one_scene
 from .histogram import AlignmentScore, equal_steps
 from .registration import Registration
-from .registration.kernel import closest_pairs
 from .similarity import Similarity
-from .validation import AlignmentWarning, check_positions, check_positive
+from .validation import AlignmentWarning, check_positive, finite_rows
 
 __all__ = ["TASResult", "closest_pair_quartile", "tas"]
 
@@ -191,16 +190,14 @@ def tas(
         alignment=alignment,
         up=up,
     )
-    if unit is not None:
-        check_positive(unit, "unit")
     steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
-    aligned = aligner.align(np.array([np.nan if unit is None else float(unit)]), steps[-1])
+    aligned = aligner.align(unit, steps[-1])
     d, similarity = float(aligned.units[0]), Similarity.of_row(aligned.rows[0])
     if unit is None and (reason := no_unit(d, len(aligner.gt))):
         raise ValueError(reason)
     check_positive(d, "unit")
     if similarity is None:
-        distinct = len(np.unique(aligner.est[aligner.estimated], axis=0))
+        distinct = len(np.unique(aligner.est[finite_rows(aligner.est)], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
             f"the ground truth ({distinct} distinct estimated positions of {len(aligner.gt)} "
@@ -246,13 +243,7 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     >>> closest_pair_quartile([[0, 0, 0], [1, 0, 0], [3, 0, 0], [7, 0, 0]])
     2.0
     """
-    gt = check_positions(gt_positions, "gt_positions", complete=True)
-    n = len(gt)
-    rank = (3 * n + 3) // 4
-    d = float(np.partition(closest_pairs(gt), rank - 1)[rank - 1]) if n > 3 else np.nan
-    if reason := no_unit(d, n):
-        raise ValueError(reason)
-    return d
+    return tas(gt_positions, gt_positions, alignment="none").unit
 
 
 def no_unit(d: float, n: int) -> str:

@@ -17,7 +17,6 @@ __all__ = [
     "check_positive",
     "check_rotations",
     "check_same_length",
-    "check_weights",
     "finite_rows",
     "real_array",
 ]
@@ -28,7 +27,6 @@ __all__ = [
 # float32 may be the result of any number of products; half the precision has three digits or two.
 ROTATION_TOLERANCE = 5e-6
 TOLERANCES = {"float32": 1e-4, "float16": 5e-3, "bfloat16": 4e-2}
-ROTATIONS_AT_ONCE = 1 << 14  # that are checked
 
 
 class AlignmentWarning(UserWarning):
@@ -79,20 +77,6 @@ def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> N
             f"{gt_name} has {len(gt)} cameras but {est_name} has {len(est)}; "
             "row i of both must be the same camera"
         )
-
-
-def check_weights(values: ArrayLike, n: int) -> Floats:
-    """Return weights of n cameras as (n,) floats, none negative and not all 0."""
-    weights = real_array(values, "weights")
-    if weights.shape != (n,):
-        raise ValueError(f"weights must have shape ({n},), not {weights.shape}")
-    wrong = ~((weights >= 0) & np.isfinite(weights))
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        raise ValueError(f"weights[{row}] must be finite and not negative, but is {weights[row]}")
-    if not weights.any():
-        raise ValueError("weights are all zero")
-    return weights
 
 
 def check_positive(value: float, name: str, *, integer: bool = False) -> None:
@@ -166,25 +150,15 @@ def _tolerance(values: Any) -> float:
 
 def _check_orthonormal(rotations: Floats, name: str, tolerance: float) -> None:
     """Check that all finite matrices are rotations."""
-    for start in range(0, len(rotations), ROTATIONS_AT_ONCE):
-        _check_block(rotations[start : start + ROTATIONS_AT_ONCE], name, tolerance, start)
-
-
-def _check_block(rotations: Floats, name: str, tolerance: float, start: int) -> None:
-    """Check rotations whose first row is `start` of the argument."""
-    columns = np.ascontiguousarray(rotations.transpose(2, 1, 0))
+    a, b, c = columns = np.ascontiguousarray(rotations.transpose(2, 1, 0))
     with np.errstate(all="ignore"):
         gram = np.einsum("ikn,jkn->ijn", columns, columns).reshape(9, -1)
         gram[::4] -= 1
         # fmax ignores NaN, so infinite entries count.
         deviation = np.fmax.reduce(np.abs(gram, out=gram))
-        a, b, c = columns
         minors = b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]
         determinant = a[0] * minors[0] + a[1] * minors[1] + a[2] * minors[2]
-    not_rotation = (deviation > tolerance) | (determinant < 0)
-    if not not_rotation.any():
-        return
-    wrong = not_rotation & finite_rows(rotations)
+    wrong = ((deviation > tolerance) | (determinant < 0)) & finite_rows(rotations)
     if wrong.any():
         row = int(np.argmax(wrong))
         reason = (
@@ -193,4 +167,4 @@ def _check_block(rotations: Floats, name: str, tolerance: float, start: int) -> 
             if deviation[row] > tolerance
             else "its determinant is -1, a reflection"
         )
-        raise ValueError(f"{name}[{start + row}] is not a rotation: {reason}")
+        raise ValueError(f"{name}[{row}] is not a rotation: {reason}")

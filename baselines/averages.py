@@ -19,7 +19,7 @@ L2_STEPS = 100  # bound; 4 steps do without outliers, some 20 with half of them
 L2_TOLERANCE = 1e-12  # radians; a smaller step is rounding
 
 
-def geometric_medians(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Floats:
+def geometric_medians(points: Floats) -> Floats:
     """Return the points (G, 3) with the smallest sums of distances to stacks of points (G, n, 3).
 
     Weiszfeld steps from the coordinate-wise median. A point that the iterate coincides with has no
@@ -29,7 +29,7 @@ def geometric_medians(points: Floats, *, max_steps: int = WEISZFELD_STEPS) -> Fl
     medians: Floats = np.median(points, axis=1)
     points = np.ascontiguousarray(points.swapaxes(1, 2))
     moving = np.arange(len(points))
-    for _ in range(max_steps):
+    for _ in range(WEISZFELD_STEPS):
         offsets = points[moving] - medians[moving][..., None]
         distances = np.sqrt(np.einsum("gin,gin->gn", offsets, offsets))
         resting = distances.shape[1] - np.count_nonzero(distances, axis=1)

@@ -12,6 +12,7 @@ from math import ceil, floor, inf, nan
 from typing import Annotated, Any, Literal
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 from pydantic import (
     AfterValidator,
@@ -37,7 +38,6 @@ from alignscores.metrics import metric, named
 from alignscores.protocols import PROTOCOLS, Family, Metric, NoValueError
 from alignscores.protocols.families import find
 from alignscores.registration import Registration, pcr99
-from alignscores.registration.kernel import closest_pairs
 from alignscores.translation import closest_pair_quartile
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
@@ -390,7 +390,8 @@ class Batch:
 
     @cached_property
     def _closest_pairs(self) -> list[Floats]:
-        return [np.sort(closest_pairs(scene.gt_positions)) for scene in self.scenes]
+        positions = [scene.gt_positions for scene in self.scenes]
+        return [np.sort(scipy.spatial.KDTree(p).query(p, k=2)[0][:, 1]) for p in positions]
 
     @cached_property
     def _rotation_errors(self) -> list[Floats]:

@@ -55,9 +55,9 @@ class Changes:
 
     file: str
     metric: str
-    notes: list[str]  # what is new or gone, and what does not compare
+    notes: list[str]  # what is new or gone
     gone: list[Place]  # where there was a run, and is none
-    saved: Mapping[str, Results]  # by system, what compares
+    saved: Mapping[str, Results]  # by system
     systems: list[Change]
     may_be_worse: bool  # there are enough runs for a significant change
 
@@ -109,8 +109,7 @@ def _saved_run(result: Mapping[str, Any]) -> Result:
     scores = {name: result[name] for name in COLUMNS} | result["metrics"]
     values = {name: metric(name).worst if v is None else float(v) for name, v in scores.items()}
     run = Run(result["sequence"], result["system"], result["run"], result["file"])
-    unit, error = float(result["unit"] or math.nan), result["error"] or ""
-    return Result(run, Outcome(values, unit=unit, error=error))
+    return Result(run, Outcome(values, error=result["error"] or ""))
 
 
 def changes(
@@ -128,7 +127,6 @@ def changes(
         for what, own in (("new", new), ("gone", gone))
         if own
     ]
-    saved, left_out = _of_same_unit(summary, saved)
     before, after = by_system(saved), by_system(summary.results)
     pairs = {
         system: pair
@@ -142,20 +140,4 @@ def changes(
     systems = list(map(Change, pairs, pairs.values(), worse, better))
     smallest = [test.smallest for test in tests if test]
     enough = bool(smallest) and min(smallest) * len(smallest) <= LEVEL
-    return Changes(file, name, notes + left_out, gone, before, systems, enough)
-
-
-def _of_same_unit(summary: Summary, saved: Sequence[Result]) -> tuple[list[Result], list[str]]:
-    """Leave out saved runs on sequences whose d has changed, with a note."""
-    units = {r.run.sequence: r.outcome.unit for r in summary.results if not r.failed}
-    was = {r.run.sequence: r.outcome.unit for r in saved if not r.failed}
-    changed = {
-        sequence
-        for sequence in units.keys() & was.keys()
-        if not math.isclose(units[sequence], was[sequence], rel_tol=1e-6)
-    }
-    notes = [
-        f"left out: sequence {printable(one)}, whose d was {was[one]:.4g} and is {units[one]:.4g}"
-        for one in sorted(changed)
-    ]
-    return [result for result in saved if result.run.sequence not in changed], notes
+    return Changes(file, name, notes, gone, before, systems, enough)

@@ -95,7 +95,7 @@ def from_patterns(
     should be there.
     """
     problems: list[str] = []
-    found_refs, found_ests = _found(reference, estimate, problems)
+    found_refs, found_ests = _found(reference, estimate)
     default = {"sequence": Path(reference).stem, "run": "1"}
     references = _by_fields(found_refs, FIELDS[:1], default, problems)
     estimates = _by_fields(found_ests, FIELDS, default, problems)
@@ -118,7 +118,7 @@ def from_patterns(
 
 
 def _found(
-    reference: str, estimate: str, problems: list[str]
+    reference: str, estimate: str
 ) -> tuple[dict[str, dict[str, str]], dict[str, dict[str, str]]]:
     """Return the files of both patterns with the values of their fields; at least one of each."""
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
@@ -128,7 +128,7 @@ def _found(
         raise ValueError(
             f"both patterns need {{sequence}}, or none of them: {reference} and {estimate}"
         )
-    references, estimates = ref_pattern.find(problems), est_pattern.find(problems)
+    references, estimates = ref_pattern.find(), est_pattern.find()
     # data/{sequence}/{system}.txt matches the reference, too, and so may a model's files.
     reference_paths = set(map(Path, references))
     for path in list(estimates):
@@ -139,8 +139,7 @@ def _found(
         ("estimate", estimates, estimate),
     ):
         if not matched:
-            reasons = [f"no {wanted} matches the pattern {pattern}", *problems[:1]]
-            raise ValueError("; ".join(reasons))
+            raise ValueError(f"no {wanted} matches the pattern {pattern}")
     return references, estimates
 
 

@@ -42,46 +42,32 @@ class Pattern:
         tokens = TOKEN.findall(self.text)
         return tuple(dict.fromkeys(token[1:-1] for token in tokens if token[0] == "{"))
 
-    def find(self, problems: list[str]) -> dict[str, dict[str, str]]:
+    def find(self) -> dict[str, dict[str, str]]:
         """Return the paths that match, with the values of the fields.
 
-        A path in which a field may end at more than one place is left out: a line of the problems.
+        Where several may end at more than one place, the first one is as long as possible.
         """
-        files = {}
         parts = TOKEN.split(self.text)
         parts[::2], parts[1::2] = map(glob.escape, parts[::2]), ["*"] * (len(parts) // 2)
-        longest, shortest = self._expression(""), self._expression("?")
-        for path in sorted(glob.glob("".join(parts))):  # noqa: PTH207 - keeps a ./
-            match, other = longest.fullmatch(path), shortest.fullmatch(path)
-            if match is None or other is None:
-                continue  # a repeated field that differs
-            if match.groupdict() == other.groupdict():
-                files[path] = match.groupdict()
-            else:
-                ways = (
-                    ", ".join(f"{name} {value!r}" for name, value in way.groupdict().items())
-                    for way in (match, other)
-                )
-                problems.append(
-                    f"{path}: matches {self.text} in more than one way ({'; or '.join(ways)}); "
-                    "left out"
-                )
-        return files
+        paths = sorted(glob.glob("".join(parts)))  # noqa: PTH207 - keeps a ./
+        matches = map(self._expression().fullmatch, paths)  # a repeated field may differ
+        return {match[0]: match.groupdict() for match in matches if match}
 
     def fill(self, values: Mapping[str, str]) -> str:
         """Return the path for some values of the fields."""
         return TOKEN.sub(lambda token: values.get(token[0][1:-1], token[0]), self.text)
 
-    def _expression(self, lazy: str) -> re.Pattern[str]:
-        """Return an expression whose fields are as long, or with "?" as short, as possible."""
+    def _expression(self) -> re.Pattern[str]:
+        """Return an expression with a group for each field."""
         parts = TOKEN.split(self.text)
+        tokens = parts[1::2]
         parts[::2] = map(re.escape, parts[::2])
-        for index, token in enumerate(parts[1::2]):
+        for index, token in enumerate(tokens):
             name = token[1:-1]
             if token[0] == "*":
-                parts[2 * index + 1] = f"[^/]*{lazy}"
-            elif token in TOKEN.split(self.text)[1 : 2 * index + 1 : 2]:
+                parts[2 * index + 1] = "[^/]*"
+            elif token in tokens[:index]:
                 parts[2 * index + 1] = f"(?P={name})"
             else:
-                parts[2 * index + 1] = f"(?P<{name}>[^/]+{lazy})"
+                parts[2 * index + 1] = f"(?P<{name}>[^/]+)"
         return re.compile("".join(parts), re.DOTALL)

@@ -7,7 +7,7 @@ in docs/explanation/other-metrics.md.
 """
 
 from .cameras import NoValueError
-from .colmap import colmap_relative_auc, colmap_relative_recall
+from .colmap import colmap_relative_auc
 from .families import Family, Metric, split_names
 from .images import hloc_median, hloc_recall
 from .matching import pair_auc, pair_pose_errors
@@ -23,7 +23,6 @@ __all__ = [
     "Metric",
     "NoValueError",
     "colmap_relative_auc",
-    "colmap_relative_recall",
     "evo_are",
     "evo_ate",
     "evo_rpe",

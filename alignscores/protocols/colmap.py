@@ -10,7 +10,7 @@ from ..validation import check_positive
 from .cameras import Cameras
 from .relative import direction_blocks
 
-__all__ = ["colmap_relative_auc", "colmap_relative_recall"]
+__all__ = ["colmap_relative_auc"]
 
 
 SHORTEST = 1e-10  # a shorter step is divided by this
@@ -68,52 +68,10 @@ def colmap_relative_auc(
     70.8
     """
     check_positive(max_error_deg, "max_error_deg")
-    errors, n_pairs = _relative_errors(gt_poses, est_poses, accuracy)
-    return interpolated_auc(errors, n_pairs, max_error_deg, accuracy)
-
-
-def colmap_relative_recall(
-    gt_poses: ArrayLike, est_poses: ArrayLike, max_error_deg: float, *, accuracy: float = 1e-3
-) -> float:
-    """Share of ordered pairs with an error up to `max_error_deg`; see `colmap_relative_auc`.
-
-    Parameters
-    ----------
-    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        As in `colmap_relative_auc`.
-    max_error_deg : float
-        Largest error in degrees.
-    accuracy : float
-        As there, in metres.
-
-    Returns
-    -------
-    float
-        Percent.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores.protocols import colmap_relative_recall
-    >>> gt = np.tile(np.eye(4), (3, 1, 1))
-    >>> est = gt.copy()
-    >>> est[:, :3, 3] = np.eye(3)  # no direction counts: the true centres coincide
-    >>> colmap_relative_recall(gt, est, 1)
-    100.0
-    """
-    check_positive(max_error_deg, "max_error_deg")
-    errors, n_pairs = _relative_errors(gt_poses, est_poses, accuracy)
-    return 100 * sum(int(np.count_nonzero(part <= max_error_deg)) for part in errors) / n_pairs
-
-
-def _relative_errors(
-    gt_poses: ArrayLike, est_poses: ArrayLike, accuracy: float
-) -> tuple[Iterator[Floats], int]:
-    """Return the errors of all ordered pairs in degrees, in parts, and their number."""
     check_positive(accuracy, "accuracy")
     cameras = Cameras.check(gt_poses, est_poses)
-    n = len(cameras)
-    return _errors(cameras, accuracy), max(n * (n - 1), 1)
+    n_pairs = max(len(cameras) * (len(cameras) - 1), 1)
+    return interpolated_auc(_errors(cameras, accuracy), n_pairs, max_error_deg, accuracy)
 
 
 def _errors(cameras: Cameras, accuracy: float) -> Iterator[Floats]:

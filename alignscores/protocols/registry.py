@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import get_args
 
-from .colmap import colmap_relative_auc, colmap_relative_recall
+from .colmap import colmap_relative_auc
 from .families import UNITS, Family, Metric, find
 from .images import hloc_median, hloc_recall
 from .relative import Convention, vggt_auc, vggt_rra, vggt_rta
@@ -36,7 +36,6 @@ def _words(names: Iterable[str]) -> dict[str, str]:
 
 
 CONVENTION = {"convention": _words(get_args(Convention))}
-ACCURACY = {"accuracy": {"colmap": 0.001, "colmap-imc": 0.02}}
 HLOC = {"alignment": {"hloc": "none", "hloc-sim3": "sim3"}}
 STATISTIC = _words(name for name in STATISTICS if name != "sse")
 ALIGNED = {"alignment": _words(get_args(Alignment)), "statistic": STATISTIC}
@@ -82,16 +81,7 @@ PROTOCOLS: Sequence[Family] = (
         "area under the interpolated recall of relative poses, of COLMAP's benchmark",
         colmap_relative_auc,
         f"auc@{ANGLE}",
-        required=ACCURACY,
-        metres=True,
-    ),
-    _rate(
-        "recall@ANGLE:{colmap,colmap-imc}",
-        "recall@5deg:colmap",
-        "recall of relative poses, of COLMAP's benchmark",
-        colmap_relative_recall,
-        f"recall@{ANGLE}",
-        required=ACCURACY,
+        required={"accuracy": {"colmap": 0.001, "colmap-imc": 0.02}},
         metres=True,
     ),
     _rate(
@@ -207,7 +197,7 @@ PROTOCOLS: Sequence[Family] = (
         "rpg@DISTANCE[:STATISTIC][:{sim3,se3}]",
         "rpg@100m",
         "relative translation error over a path length, of rpg_trajectory_evaluation",
-        partial(rpg_relative_error, error="percent"),
+        rpg_relative_error,
         SEGMENTS,
         optional=SCALED,
         unit="%",
@@ -218,7 +208,7 @@ PROTOCOLS: Sequence[Family] = (
         "relative rotation error over a path length, of rpg_trajectory_evaluation",
         rpg_relative_error,
         SEGMENTS,
-        required={"error": {"rotation": "rotation/length"}},
+        required=ROTATION,
         optional=SCALED,
         unit="deg/unit",
     ),

@@ -94,7 +94,7 @@ def rpg_relative_error(
     est_poses: ArrayLike,
     length: float,
     *,
-    error: Literal["translation", "percent", "rotation", "rotation/length"] = "translation",
+    error: Literal["translation", "rotation"] = "translation",
     alignment: Literal["sim3", "se3"] = "sim3",
     statistic: Statistic = "rmse",
 ) -> float:
@@ -111,9 +111,9 @@ def rpg_relative_error(
         not finite are left out first.
     length : float
         Path length in ground-truth units.
-    error : {"translation", "percent", "rotation", "rotation/length"}
-        Length of the translation, the same in percent of `length`, angle of the rotation in
-        degrees, or this divided by `length`.
+    error : {"translation", "rotation"}
+        Length of the translation in percent of `length`, or angle of the rotation in degrees,
+        divided by `length`.
     alignment : {"sim3", "se3"}
         Whether translations are multiplied by the scale of the least-squares similarity of all
         centres.
@@ -123,7 +123,7 @@ def rpg_relative_error(
     Returns
     -------
     float
-        In ground-truth units, percent, degrees or degrees a unit.
+        Percent, or degrees per ground-truth unit.
     NoValueError
         If fewer than two frames have one at that distance (the program's statistics are 0
         there), or the estimated centres coincide.
@@ -143,10 +143,11 @@ def rpg_relative_error(
     >>> gt[:, 2, 3] = np.arange(50)
     >>> est = gt.copy()
     >>> est[:, 2, 3] *= 1.01
-    >>> round(rpg_relative_error(gt, est, 10, error="percent", alignment="se3"), 9)
+    >>> round(rpg_relative_error(gt, est, 10, alignment="se3"), 9)
     1.0
     """
     check_positive(length, "length")
+    check_choice(error, ("translation", "rotation"), "error")
     check_choice(alignment, ("sim3", "se3"), "alignment")
     cameras = Cameras.check(gt_poses, est_poses).matched()
     if len(cameras) == 0:
@@ -164,11 +165,5 @@ def rpg_relative_error(
     if len(ends) < 2:
         raise NoValueError(f"fewer than two frames have one {length:g} further along the path")
     distances, angles = motion_errors(cameras, starts[: len(ends)], ends)
-    errors = {
-        "translation": distances,
-        "percent": 100 * distances / length,
-        "rotation": angles,
-        "rotation/length": angles / length,
-    }
-    check_choice(error, errors, "error")
-    return statistic_of(errors[error], statistic)
+    errors = 100 * distances / length if error == "translation" else angles / length
+    return statistic_of(errors, statistic)

@@ -108,7 +108,7 @@ def test_arrays_that_do_not_belong_together(what):
 
 
 LEVELS = 0, -1, 1.1, np.nan, "half", True
-UNITS = [], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [1.0, np.nan], [np.inf], [[1.0]], "units", 3
+UNITS = [], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [1.0, np.nan], [np.inf], [[1.0]], 3
 OPTIONS = [
     (tas, "unit", (0, -1, np.nan, np.inf, True, "1", [1.0])),
     (tas, "n_hypotheses", (0, -5, 1.5, True, np.nan, None, "9")),
@@ -138,22 +138,6 @@ def test_wrong_options(function, name, values):
         with pytest.raises(ValueError, match=f"^{name} must be") as error:
             function(good, good, **{name: value})
         assert repr(value) in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("weights", "message"),
-    [
-        ([1, 1, 1], r"weights must have shape \(4,\), not \(3,\)"),
-        ([1, 1, -1, 1], r"weights\[2\] must be finite and not negative, but is -1"),
-        ([1, np.nan, 1, 1], r"weights\[1\] must be finite"),
-        ([1, 1, 1, np.inf], r"weights\[3\] must be finite"),
-        ([0, 0, 0, 0], "weights are all zero"),
-        (["a", "b", "c", "d"], "weights must hold real numbers"),
-    ],
-)
-def test_wrong_weights(weights, message):
-    with pytest.raises(ValueError, match=message):
-        Similarity.fit(POSITIONS[:4], POSITIONS[:4], weights)
 
 
 # --- what is accepted -----------------------------------------------------------------------------

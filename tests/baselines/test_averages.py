@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from alignscores.averaging import geodesic_l1_mean, rotation_angles
+from alignscores.averaging import geodesic_l1_means, rotation_angles
 from baselines.averages import geometric_medians, rotation_l1_means, rotation_l2_means
 
 
@@ -46,8 +46,9 @@ def test_l1_mean_rests_on_a_majority(majority, outliers):
     rotations = np.tile(np.eye(3), (majority + outliers, 1, 1))
     if outliers:
         rotations[:outliers] = Rotation.random(outliers, rng=rng).as_matrix()
-    np.testing.assert_array_equal(rotation_l1_means(rotations[None])[0], np.eye(3))
-    np.testing.assert_array_equal(geodesic_l1_mean(rotations, np.eye(3)), np.eye(3))
+    stacks, identity = rotations[None], np.eye(3)[None]
+    np.testing.assert_array_equal(rotation_l1_means(stacks), identity)
+    np.testing.assert_array_equal(geodesic_l1_means(stacks, identity), identity)
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30), outliers=st.integers(0, 10))

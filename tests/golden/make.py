@@ -37,8 +37,8 @@ FOLDER = Path(__file__).parent
 ALIGNMENTS = ("similarity", "rigid", "yaw", "none")
 METRICS = """
     auc@30:vggt auc@30:mapanything auc@30:da3 rra@5:vggt rra@5:mapanything rra@5:da3
-    rta@5:vggt rta@5:mapanything rta@5:da3 auc@5:colmap auc@5:colmap-imc recall@5deg:colmap
-    recall@5deg:colmap-imc recall@10cm,5deg:hloc recall@10cm,5deg:hloc-sim3 median:hloc
+    rta@5:vggt rta@5:mapanything rta@5:da3 auc@5:colmap auc@5:colmap-imc
+    recall@10cm,5deg:hloc recall@10cm,5deg:hloc-sim3 median:hloc
     median:hloc-sim3 median:hloc:rotation median:hloc-sim3:rotation ate:rmse:sim3 ate:mean:se3
     ate:median:scale ate:max:none ate:std:sim3 are:rmse:sim3 are:mean:none
     rpe@1f rpe@5f:rotation rpe@1m rpe@1m:all rpe@1m:all-reference rpe@1m:rotation rpe@1m:distance

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Booleans, Floats, Indices
+from ...arrays import Floats, Indices
 from ...similarity import ALIGNMENTS, check_alignment
 from ...validation import check_positive
 
@@ -20,7 +20,6 @@ __all__ = [
     "Scene",
     "Seed",
     "align_scenes",
-    "closest_pairs",
 ]
 
 Seed = int | np.random.SeedSequence | np.random.Generator | None
@@ -95,8 +94,6 @@ _LIBRARY.align_scenes.restype = c_bool
 _LIBRARY.new_scene.restype = c_void_p
 _LIBRARY.delete_scene.argtypes = (c_void_p,)
 _LIBRARY.delete_scene.restype = None
-_LIBRARY.closest_pairs.argtypes = c_size_t, c_void_p, c_void_p
-_LIBRARY.closest_pairs.restype = c_bool
 _address_of = ctypes.pythonapi.PyCapsule_GetPointer
 _address_of.argtypes = ctypes.py_object, ctypes.c_char_p
 _address_of.restype = c_void_p
@@ -132,11 +129,6 @@ class Aligned(NamedTuple):
     units: Floats
     n_hypotheses: Indices
 
-    @property
-    def found(self) -> Booleans:
-        """Which scenes have an alignment."""
-        return np.asarray(~np.isnan(self.rows[:, 0]))
-
 
 def align_scenes(
     options: Options,
@@ -162,9 +154,7 @@ def align_scenes(
     random = [_address_of(one.bit_generator.capsule, b"BitGenerator") for one in generators]
     rows, errors = np.full((n, 13), np.nan), np.full(len(gt), np.inf)
     aligned = Aligned(rows, errors, units.copy(), np.zeros(n, np.intp))
-    start, truth, estimate, *results = (
-        array.__array_interface__["data"][0] for array in (starts, gt, est, *aligned)
-    )
+    start, truth, estimate, *results = (array.ctypes.data for array in (starts, gt, est, *aligned))
     if not _LIBRARY.align_scenes(
         ctypes.byref(options),
         n,
@@ -185,12 +175,3 @@ def generator(rng: Seed) -> np.random.Generator:
         return np.random.default_rng(rng)
     except (TypeError, ValueError) as error:
         raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
-
-
-def closest_pairs(positions: Floats) -> Floats:
-    """Return the distances (n,) of positions (n, 3) to the closest other one, in some order."""
-    rows = np.ascontiguousarray(positions)
-    distances = np.empty(len(rows))
-    if not _LIBRARY.closest_pairs(len(rows), rows.ctypes.data, distances.ctypes.data):
-        raise MemoryError(f"there is no memory for the closest pairs of {len(rows)} cameras")
-    return distances

@@ -210,26 +210,3 @@ bool align_scenes(const options *o, size_t n_scenes, const size_t *starts, const
     }
     return done;
 }
-
-static bool measure_pairs(pool *memory, size_t n, const double *rows, double *distances)
-{
-    if (setjmp(memory->no_memory))
-        return false;
-    double *points = allocate(memory, n, 3 * sizeof *points);
-    const frame f = frame_of(rows, n, points);
-    normalise(rows, n, f, 2, points);
-    closest_distances(memory, n, points, distances);
-    for (size_t i = 0; i < n; i++)
-        distances[i] *= f.unit;
-    return true;
-}
-
-/* The distances of rows of positions to the closest other one each, in some order. */
-EXPORTED
-bool closest_pairs(size_t n, const double *rows, double *distances)
-{
-    pool memory = {0};
-    bool done = measure_pairs(&memory, n, rows, distances);
-    release(&memory);
-    return done;
-}

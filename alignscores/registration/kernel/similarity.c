@@ -2,8 +2,7 @@
 
 #include "kernel.h"
 
-#define FLAT_SINE 1e-6     /* at the first corner; a flatter triangle has no usable normal */
-#define PARALLEL_SINE 1e-6 /* of directions that have no usable common normal */
+#define PARALLEL_SINE 1e-6 /* of directions, also of two edges, that have no usable normal */
 #define LINE_RATIO 1e-9    /* of singular values; the cameras are on a line */
 #define AT_ONCE 64         /* triplets */
 #define JACOBI_SWEEPS 4    /* after which the columns of a 3 x 3 matrix are orthogonal */
@@ -85,7 +84,7 @@ INLINED triangle measured(const double *points, size_t n, triplet t)
     m.frame.first = over(m.edge_1, sqrt(dot(m.edge_1, m.edge_1)));
     m.frame.normal = cross(m.frame.first, m.edge_2);
     double square = dot(m.frame.normal, m.frame.normal);
-    m.flat = square <= FLAT_SINE * FLAT_SINE * dot(m.edge_2, m.edge_2);
+    m.flat = square <= PARALLEL_SINE * PARALLEL_SINE * dot(m.edge_2, m.edge_2);
     return m;
 }
 
@@ -204,7 +203,7 @@ static bool best_turn(const vector m[3], matrix *rotation)
 {
     double cosine = m[0].x + m[1].y, sine = m[1].x - m[0].y;
     double length = sqrt(cosine * cosine + sine * sine);
-    bool is_free = !(length > FLAT_SINE * FLAT_SINE);
+    bool is_free = !(length > PARALLEL_SINE * PARALLEL_SINE);
     cosine = is_free ? 1 : cosine / length;
     sine = is_free ? 0 : sine / length;
     *rotation = (matrix){{cosine, -sine, 0}, {sine, cosine, 0}, {0, 0, 1}};

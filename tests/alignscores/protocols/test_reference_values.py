@@ -14,7 +14,6 @@ import pytest
 from alignscores.protocols import (
     NoValueError,
     colmap_relative_auc,
-    colmap_relative_recall,
     evo_are,
     evo_ate,
     evo_rpe,
@@ -116,10 +115,9 @@ def ours(*poses):
         for name, rate in (("rra", vggt_rra), ("rta", vggt_rta)):
             table[f"{prefix}_{name}"] = partial(each, rate, poses, angles, convention=convention)
     for prefix, accuracy in (("colmap_rel", 0.001), ("colmap_rel_imc", 0.02)):
-        for name, function in (("auc", colmap_relative_auc), ("recall", colmap_relative_recall)):
-            table[f"{prefix}_{name}"] = partial(
-                each, function, poses, colmap_angles, accuracy=accuracy
-            )
+        table[f"{prefix}_auc"] = partial(
+            each, colmap_relative_auc, poses, colmap_angles, accuracy=accuracy
+        )
     for key, alignment in (("hloc_raw", "none"), ("hloc_sim3", "sim3")):
         median = partial(hloc_median, *poses, alignment=alignment)
         table[f"{key}_recall"] = partial(each, hloc_recall, poses, RECALLS, alignment=alignment)
@@ -165,21 +163,13 @@ def test_values(case):
 def test_rpg(case):
     """Means, median and RMSE of the errors over each length, with and without scale."""
     _, reference = case
-    columns = [
-        *(("translation", s) for s in ("mean", "median", "rmse")),
-        *(("percent", "mean"), ("rotation", "mean"), ("rotation", "median")),
-        ("rotation/length", "mean"),
-    ]
     for alignment in ("se3", "sim3"):
         table = reference.get(f"rpg_{alignment}_table", [])
         for length, row in zip(reference.get("rpg_lengths", []), table, strict=True):
-            values = [
-                rpg_relative_error(
-                    *(reference["gt"], reference["est"], length),
-                    error=error,
-                    alignment=alignment,
-                    statistic=statistic,
-                )
-                for error, statistic in columns
-            ]
+            poses = reference["gt"], reference["est"], length
+            relative = partial(rpg_relative_error, *poses, alignment=alignment)
+            lengths = [relative(statistic=name) for name in ("mean", "median", "rmse")]
+            angles = [relative(error="rotation", statistic=name) for name in ("mean", "median")]
+            values = [*(length / 100 * np.array(lengths)), lengths[0]]
+            values += [*(length * np.array(angles)), angles[0]]
             np.testing.assert_allclose(values, row[1:8], rtol=1e-9, atol=1e-9)
