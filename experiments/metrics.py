@@ -59,7 +59,6 @@ Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
 Whole = Annotated[int, Field(gt=0, le=MOST)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(gt=0, le=1)]
-Seed = Annotated[int, Field(ge=0)]
 
 
 def _count_or_infinite(value: float) -> float:
@@ -94,16 +93,10 @@ class UnitOptions(Options):
     interpolated: bool = False
 
 
-class AlignmentOptions(UnitOptions):
-    """How the estimate is registered; `seed` is the registration's, added to the trial's."""
-
-    registration: RegistrationName = "pcr99"
-    seed: Seed | None = None
-
-
-class TASOptions(AlignmentOptions):
+class TASOptions(UnitOptions):
     """Unit, thresholds and registration of the TAS."""
 
+    registration: RegistrationName = "pcr99"
     max_threshold: Positive = 1.0
     n_thresholds: CountOrInfinite = 100
     quantile: Share = 0.75  # of the closest-pair distances: d
@@ -137,7 +130,6 @@ class PASOptions(Options):
     weight: Annotated[float, Field(ge=0, le=1)] = 0.5
     registration: RegistrationName | None = None
     interpolated: bool | None = None
-    seed: Seed | None = None
 
 
 class HalfAngleOptions(Options):
@@ -150,7 +142,6 @@ class HalfDistanceOptions(HalfAngleOptions):
     """The same, with the registration."""
 
     registration: RegistrationName = "refined"
-    seed: Seed | None = None
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=ConfigDict(extra="forbid"))
@@ -343,7 +334,7 @@ class Batch:
                 rng=seed,
                 registration=options.registration,
             )
-            for scene, seed in zip(self.scenes, self._seeds(options.seed), strict=True)
+            for scene, seed in zip(self.scenes, self.seeds, strict=True)
         ]
 
     def half_angle(self, options: HalfAngleOptions) -> list[float]:
@@ -371,16 +362,7 @@ class Batch:
                 max_threshold=options.max_threshold,
                 registration=register,
             ).errors
-            for scene, seed, unit in zip(self.scenes, self._seeds(options.seed), units, strict=True)
-        ]
-
-    def _seeds(self, seed: int | None) -> Sequence[np.random.SeedSequence]:
-        """Return the seeds of the scenes, or a child of each."""
-        if seed is None:
-            return self.seeds
-        return [
-            np.random.SeedSequence(one.entropy, spawn_key=(*one.spawn_key, seed))
-            for one in self.seeds
+            for scene, seed, unit in zip(self.scenes, self.seeds, units, strict=True)
         ]
 
     def d(self, quantile: float = 0.75, interpolated: bool = False) -> Floats:

@@ -26,7 +26,7 @@ class _Axis:
 @dataclass(frozen=True)
 class _File:
     axes: dict[str, _Axis]
-    trials: dict[str, dict[str, Any]]  # settings; with `seeds`, the number of registrations
+    trials: dict[str, dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -79,8 +79,7 @@ def plan(overrides: Sequence[str] = ()) -> dict[str, list[str]]:
     metrics = list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
     tables = {}
     for name, settings in file.trials.items():
-        evaluated = _seeded(metrics, settings.pop("seeds", 0))
-        tables[name] = combine({**settings, "metrics": evaluated}, others)
+        tables[name] = combine({**settings, "metrics": metrics}, others)
         load_sweep(tables[name])  # a wrong setting ends here
     return tables
 
@@ -93,19 +92,6 @@ def axes_of(metrics: Iterable[str]) -> list[Axis]:
         own = [c for c in columns if c.name == entry.metric and list(c.options) == [entry.option]]
         axes.append(Axis.of(name, entry, [column.options[entry.option] for column in own]))
     return axes
-
-
-def seeded(metric: str, seed: int) -> str:
-    """Return the column of a metric that is registered with another seed."""
-    return str(Column.parse(metric).with_option("seed", seed))
-
-
-def _seeded(metrics: Sequence[str], seeds: int) -> list[str]:
-    """Return metrics under each seed, if any, but for those whose registration is not random."""
-    if not seeds:
-        return list(metrics)
-    random = [m for m in metrics if "seed" in type(Column.parse(m).values).model_fields]
-    return [seeded(metric, seed) for seed in range(seeds) for metric in random]
 
 
 def _list(name: str, text: str) -> list[str]:

@@ -39,7 +39,7 @@ TARGETS = {  # rules of the jobs that each target needs, from nothing; with two 
     "figures": {"trials": 8, "figure": 7, "table1": 1},
     "claims": {"replicate": 2, "verdicts": 1},
     "head_to_head": {"trials": 8, "study_trials": n_trials("head_to_head"), "orders": 1},
-    "threshold_study": {"study_trials": 4, "thresholds": 1, "study_figure": 1},
+    "threshold_study": {"study_trials": 3, "thresholds": 1, "study_figure": 1},
     "beyond": {"study_trials": n_trials("beyond"), "scenarios": 1, "study_figure": 1},
 }
 

@@ -23,9 +23,6 @@ def test_an_axis_can_be_given_and_keeps_the_papers_value():
     assert axes["tas_max_threshold"].values == ("0.5", "1", "3")
     assert axes["pas_weight"].values == ("0.2", "0.5")
     assert "TAS(max_threshold=3)" in metrics
-    seeds = load_sweep(tables["seeds"]).metrics
-    assert {"TAS(max_threshold=3, seed=9)", "TAS(seed=0)", "PAS(weight=0.2, seed=5)"} <= set(seeds)
-    assert all("seed=" in metric and "RAS" not in metric for metric in seeds)
 
 
 @pytest.mark.parametrize(

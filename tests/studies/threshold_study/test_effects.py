@@ -29,9 +29,6 @@ def test_effects_are_the_statistics_of_the_trials(table, tables):
     assert row["noise_range"] == pytest.approx(np.mean(ranges))
     expected = dependence(tables["length"], metric, ["n_cameras"], "mean")
     assert row["camera_dependence"] == pytest.approx(expected)
-    seeds = [f"TAS(max_threshold=0.5, seed={k})" for k in range(10)]
-    assert row["seed_noise"] == pytest.approx(tables["seeds"][seeds].std(axis=1, ddof=1).mean())
-    assert (table.loc[table["metric"] == "RAS", "seed_noise"] == 0).all()
 
 
 def test_the_papers_row_has_no_error_and_the_others_have(axes, table, tables):
