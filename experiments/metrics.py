@@ -14,7 +14,6 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import (
-    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -59,16 +58,6 @@ Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
 Whole = Annotated[int, Field(gt=0, le=MOST)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(gt=0, le=1)]
-
-
-def _count_or_infinite(value: float) -> float:
-    if value <= 0 or not (value == inf or (value.is_integer() and value <= MOST)):
-        raise ValueError(f"must be a whole number from 1 to {MOST}, or inf, not {value:g}")
-    return value
-
-
-# With infinitely many thresholds the staircase is a straight line, and the area under it exact.
-CountOrInfinite = Annotated[float, AfterValidator(_count_or_infinite)]
 RegistrationName = Literal["pcr99", "refined", "literal_frames"]
 
 
@@ -98,7 +87,7 @@ class TASOptions(UnitOptions):
 
     registration: RegistrationName = "pcr99"
     max_threshold: Positive = 1.0
-    n_thresholds: CountOrInfinite = 100
+    n_thresholds: Whole = 100
     quantile: Share = 0.75  # of the closest-pair distances: d
     n_hypotheses: Whole = 1000
     prescreen: PositiveOrInfinite = 0.1
@@ -120,7 +109,7 @@ class RASOptions(Options):
     """Thresholds of the RAS, and the average that the rotations are aligned by."""
 
     max_threshold_deg: Positive = 10.0
-    n_thresholds: CountOrInfinite = 100
+    n_thresholds: Whole = 100
     averaging: Literal["paper", "l1"] = "paper"
 
 
@@ -450,15 +439,10 @@ def _registered_alike(options: TASOptions) -> TASOptions:
 
 
 def _scores(
-    errors: Sequence[Floats], units: Floats, max_threshold: float, n_thresholds: float
+    errors: Sequence[Floats], units: Floats, max_threshold: float, n_thresholds: int
 ) -> Floats:
-    """Score the errors of each scene; with infinitely many thresholds the area is exact."""
-    if n_thresholds == inf:
-        pairs = zip(errors, units * max_threshold, strict=True)
-        return np.array(
-            [np.clip(1 - values / largest, 0, None).mean() for values, largest in pairs]
-        )
-    steps = equal_steps(max_threshold, int(n_thresholds), "max_threshold")
+    """Score the errors of each scene."""
+    steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
     pairs = zip(errors, units, strict=True)
     return np.array([AlignmentScore(values, unit * steps).score for values, unit in pairs])
 

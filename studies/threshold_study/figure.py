@@ -24,7 +24,6 @@ TITLES = {
     "prescreen": "prescreening threshold",
     "order": "m as share of n",
 }
-INFINITE = {"n_thresholds": "exact area", "prescreen": "off"}
 ROW = 0.118  # inches
 DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
 
@@ -75,10 +74,7 @@ def _labels(axes: Axes, table: pd.DataFrame) -> None:
     first = table.drop_duplicates("axis")
     titles = [TITLES.get(option, option) for option in first["option"]]
     heads = [f"{metric}: {title}" for metric, title in zip(first["metric"], titles, strict=True)]
-    values = [
-        INFINITE.get(option, "∞") if value == "inf" else value
-        for option, value in zip(table["option"], table["value"], strict=True)
-    ]
+    values = table["value"].replace("inf", "off")  # of the prescreening
     axes.set_yticks([*(first["row"] - 1), *table["row"]], [*heads, *values])
     bold = [True] * len(heads) + list(table["paper"] == "yes")
     for index, text in enumerate(axes.get_yticklabels()):

@@ -58,12 +58,12 @@ def test_snakemake_settings_reach_hydra():
     # Snakemake reads lists as strings and an empty value as None.
     fine = "TAS(max_threshold=0.5, n_thresholds=10)"
     settings = {"trials": 5, "sigma_t": ["0.05", "0.1"], "volume_per_camera": None}
-    settings["tas"] = {"n_thresholds": "inf"}
+    settings["tas"] = {"prescreen": "inf"}
     sweep = load_sweep(
         ["experiment=outliers", *to_overrides(settings | {"metrics": ["ATE", fine]})]
     )
     assert (sweep.trials, sweep.sigma_t, sweep.volume_per_camera) == (5, [0.05, 0.1], None)
-    assert sweep.tas.n_thresholds == np.inf
+    assert sweep.tas.prescreen == np.inf
     assert sweep.metrics == ["ATE", fine]
 
 

@@ -53,12 +53,6 @@ def test_scores_are_counts_of_the_same_errors(scene, threshold, count):
     assert found == pytest.approx(staircase(rotations.errors, 10 * threshold, count), abs=1e-12)
 
 
-def test_infinitely_many_thresholds_are_the_limit_of_many(scene):
-    for score in ("TAS", "RAS"):
-        exact, many = (value(scene, f"{score}(n_thresholds={n})") for n in ("inf", 100_000))
-        assert 0 < many - exact < 1e-5
-
-
 def test_scenes_in_one_batch_have_the_values_of_scenes_alone(small):
     """Of several sizes, in no order, with missing cameras and with coinciding ones."""
     scenes = []
@@ -139,9 +133,8 @@ def test_half_score_units_are_those_of_the_profiles(scene, score):
 def test_the_quantile_that_is_d(scene, quantile):
     unit = closest(scene)[ceil(round(quantile * 45, 6)) - 1]
     errors = tas(scene.gt_positions, scene.est_positions, rng=SEED).errors
-    area = np.maximum(0, 1 - errors / unit).mean()
-    found = value(scene, f"TAS(quantile={quantile}, n_thresholds=inf)")
-    assert found == pytest.approx(area, rel=1e-9)
+    found = value(scene, f"TAS(quantile={quantile})")
+    assert found == pytest.approx(staircase(errors, unit, 100), abs=1e-12)
 
 
 def test_d_between_two_distances(scene):
@@ -201,7 +194,7 @@ def test_order_and_prescreen_reach_the_registration(scene, options, m, prescreen
         ("auc@30:vggt(k=5)", "has no option 'k'; the options are none"),
         ("TAS(order=0.2", "has no option 'order'; the options are "),
         ("TAS(max_threshold=inf)", "max_threshold should be a finite number, not 'inf'"),
-        ("TAS(n_thresholds=2.5)", "n_thresholds must be a whole number from 1 to 1000000, or inf"),
+        ("TAS(n_thresholds=2.5)", "n_thresholds should be a valid integer, "),
         ("mAA(fold_sign=maybe)", "fold_sign should be a valid boolean, "),
         ("TAS(registration=umeyama)", "registration should be 'pcr99', 'refined' or 'literal_"),
         ("TAS(registration=refined, order=0.2)", "prescreen and order can be set for pcr99 alone"),

@@ -9,7 +9,7 @@ from studies.threshold_study.axes import axes_of, plan
 from studies.threshold_study.effects import effects
 
 GRID = {"n_outliers": [0, 3], "sigma_t": [0.02, 0.06], "sigma_r_deg": [2.0, 6.0], "trials": 30}
-VALUES = ["tas_max_threshold=[0.5]", "tas_n_thresholds=[inf]"]
+VALUES = ["tas_max_threshold=[0.5]", "tas_n_thresholds=[5]"]
 
 
 def falls(metric, cell, trial, rng):

@@ -19,4 +19,4 @@ def test_every_value_is_shown_and_named_and_the_papers_is_bold(axes, table):
     labels = figure.axes[0].get_yticklabels()
     bold = [label.get_text() for label in labels if label.get_fontweight() == "bold"]
     assert bold[len(axes) :] == [axis.paper for axis in axes]
-    assert "exact area" in [label.get_text() for label in labels]
+    assert "off" in [label.get_text() for label in labels]
