@@ -28,7 +28,6 @@ ROW = 0.118  # inches
 DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
 
 
-@style.applied()
 def draw(table: pd.DataFrame) -> Figure:
     """Figure: what other thresholds do."""
     # The row of each value, with a line for a title above each axis.

@@ -355,7 +355,6 @@ from matplotlib.figure import Figure
 from figures import style
 
 
-@style.applied()
 def draw(table):
     """Figure: the mean of each metric."""
     figure = Figure(figsize=(style.COLUMN, 2))
