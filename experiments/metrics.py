@@ -40,7 +40,7 @@ from alignscores.registration.kernel import closest_pairs
 from alignscores.translation import closest_pair_quartile
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
-from baselines.discernible import dre_of_stacks, dte_of_stacks
+from baselines.discernible import dte_of_stacks
 from baselines.pairwise import Count, maa_by_counts
 from baselines.rotation import aligned_angles, statistics_of_stacks
 
@@ -389,10 +389,9 @@ class Batch:
         """The DTE of the estimated cameras of each scene."""
         return self._in_stacks(lambda *world: {"": dte_of_stacks(*world)})[""]
 
-    @cached_property
     def dre(self) -> Floats:
-        """The DRE of each."""
-        return self._in_stacks(lambda _, gt, __, est: {"": dre_of_stacks(gt, est)})[""]
+        """Return the DRE of each."""
+        return (self.rotation_statistics["Mean-1"] + self.rotation_statistics["RMS-1"]) / 2
 
     @cached_property
     def rotation_statistics(self) -> dict[str, Floats]:
@@ -503,7 +502,7 @@ _TRIAL_METRICS = (
     TrialMetric(metric("PAS").family, Batch.pas, PASOptions),
     TrialMetric(metric("half_distance").family, Batch.half_distance, HalfDistanceOptions),
     TrialMetric(metric("half_angle").family, Batch.half_angle, HalfAngleOptions),
-    TrialMetric(_DRE, lambda batch, _: batch.dre),
+    TrialMetric(_DRE, lambda batch, _: batch.dre()),
     *(_statistic(f"{name}-1", "L1") for name in ("Median", "Mean", "RMS")),
     *(_statistic(f"{name}-2", "L2") for name in ("Median", "Mean", "RMS")),
     TrialMetric(
