@@ -130,7 +130,7 @@ def mean_change(trials: pd.DataFrame, metric: str, level: Sequence[str], take: s
 
 def order_percentages(trials: pd.DataFrame, metric: str, level: Sequence[str]) -> list[float]:
     """Probabilities of the right order, in per cent; for each group, as in `powers`."""
-    return [100 * order.probability for name in level for order in orders(trials, metric, name)]
+    return [100 * order for name in level for order in orders(trials, metric, name)]
 
 
 def mean_order(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 
 from alignscores.arrays import Floats
+from alignscores.comparison.statistics import holm
 
-from ..order import Order, holm, in_order, sign
+from ..order import Order, in_order, sign
 from .axes import Axis
 
 RESAMPLES = 400  # of the trials

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from alignscores.comparison.statistics import LEVEL
 from figures import style
 
-from ..order import SIGNIFICANCE
 from .effects import EFFECTS
 
 TITLES = {
@@ -57,7 +57,7 @@ def _column(axes: Axes, table: pd.DataFrame, effect: str) -> None:
         x, y = group.loc[paper, effect].iloc[0], row[group.index]
         axes.plot([x, x], [y.min() - 0.4, y.max() + 0.4], color="0.72", lw=0.6, marker="", zorder=1)
     n_tested = int(table[[f"{name}_p" for name in EFFECTS]].notna().to_numpy().sum())
-    reach = scipy.special.ndtri(1 - SIGNIFICANCE / 2 / max(n_tested, 1))
+    reach = scipy.special.ndtri(1 - LEVEL / 2 / max(n_tested, 1))
     errors = reach * table[f"{effect}_error"].fillna(0.0)
     bars: dict[str, Any] = {"fmt": "none", "ecolor": style.INK, "elinewidth": 0.6, "zorder": 2}
     axes.errorbar(table[effect], row, xerr=errors, **bars)

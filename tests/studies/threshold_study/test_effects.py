@@ -22,7 +22,7 @@ def test_effects_are_the_statistics_of_the_trials(table, tables):
         ("outliers", "n_outliers", "outlier_order"),
         ("majority", "sigma_t", "majority_order"),
     ):
-        found = [100 * one.probability for one in orders(tables[part], metric, level)]
+        found = [100 * one for one in orders(tables[part], metric, level)]
         assert row[column] == pytest.approx(np.mean(found))
     groups = [group for _, group in tables["outliers"].groupby("n_outliers")]
     ranges = [np.ptp(group.groupby("sigma_t")[metric].mean()) for group in groups]
