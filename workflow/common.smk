@@ -76,7 +76,8 @@ def experiment_file(settings):
 @cache
 def sweeps_of_replicates():
     """Return the sweeps of each replicate study."""
-    return replicates(load_claims(config.get("replicates")), SETTINGS)
+    claims = load_claims(config.get("replicates"))
+    return replicates(claims, SETTINGS, range(claims.replicates))
 
 
 def digest_of_replicate(number):
