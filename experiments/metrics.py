@@ -47,14 +47,13 @@ from baselines.rotation import aligned_angles, statistics_of_stacks
 from .command import ConfigError, problems
 from .scenes import Scene
 
-__all__ = ["LARGEST", "METRICS", "MOST", "Batch", "Column", "MetricOptions", "Options"]
+__all__ = ["METRICS", "MOST", "Batch", "Column", "MetricOptions", "Options"]
 __all__ += ["Positive", "TrialMetric", "evaluate", "evaluate_scenes"]
 
 
-LARGEST = 1e100  # noise, length or volume: they are squared, and a double ends at 1e308
 MOST = 10**6  # thresholds, hypotheses, cameras, or trials of a cell
 
-Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Whole = Annotated[int, Field(gt=0, le=MOST)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(gt=0, le=1)]

@@ -54,11 +54,6 @@ class Record:
     sweeps: tuple[Sweep, ...]
     origin: Mapping[str, Any]  # package versions, commit, Python and platform
 
-    @property
-    def sweep(self) -> Sweep:
-        """The settings of a table of one sweep, or of the first."""
-        return self.sweeps[0]
-
     @cached_property
     def metrics(self) -> list[str]:
         """The metrics that are evaluated in any cell."""
@@ -76,8 +71,8 @@ class Trials:
 
     @property
     def sweep(self) -> Sweep:
-        """The settings of a table of one sweep."""
-        return self.record.sweep
+        """The settings of a table of one sweep, or of the first."""
+        return self.record.sweeps[0]
 
 
 def write_files(files: Mapping[Path, bytes]) -> list[Path]:
