@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 __all__ = ["CONFIG_DIR", "EXECUTION", "Execution", "MetricName", "Selection", "Sweep"]
-__all__ += ["checked", "combine", "container", "experiment_names", "hydra_errors", "load"]
+__all__ += ["checked", "container", "experiment_names", "hydra_errors", "load"]
 __all__ += ["load_sweep", "one_of", "read_yaml", "register_defaults", "require", "split_override"]
 __all__ += ["to_overrides"]
 
@@ -223,13 +223,6 @@ def container(config: "DictConfig") -> dict[str, Any]:
 def load_sweep(overrides: Sequence[str] = ()) -> Sweep:
     """Return the settings of one experiment that results depend on; see `load`."""
     return load(overrides)[0]
-
-
-def combine(settings: Mapping[str, Any], overrides: Sequence[str]) -> list[str]:
-    """Return settings from YAML as overrides, followed by other overrides, which win."""
-    keys = [split_override(override)[0] for override in overrides]
-    others = {key: value for key, value in settings.items() if key not in keys}
-    return [*to_overrides(others), *overrides]
 
 
 def to_overrides(settings: Mapping[str, Any]) -> list[str]:

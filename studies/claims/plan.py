@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from experiments.command import ConfigError
-from experiments.config import Selection, Sweep
+from experiments.config import Selection, Sweep, split_override
 from experiments.grid import Cell, cells
 
 from ..paper import load_experiment
@@ -18,7 +18,7 @@ def replicates(
     claims: Claims, overrides: Sequence[str], numbers: Iterable[int]
 ) -> list[tuple[Sweep, ...]]:
     """Return the sweeps of replicate studies, those that the claims need."""
-    reject(overrides, FIXED, "the claims decide what is run")
+    reject(dict(map(split_override, overrides)), FIXED, "the claims decide what is run")
     needed = {number: list(claims.needed(number)) for number in numbers}
     different = {len(own): own for own in needed.values()}  # the first ones have more readings
     planned = {n: plan(own, overrides) for n, own in different.items()}

@@ -24,7 +24,7 @@ def n_trials(name):
     """Return the number of a study's tables of trials."""
     plan = find_studies()[name].plan
     assert plan
-    return len(plan([]))
+    return len(plan({}))
 
 
 def copy_of_the_project(folder):
@@ -326,10 +326,10 @@ TOY = {
 from ..study import Study
 
 
-def plan(overrides):
+def plan(settings):
     """Return the settings of one table, of the paper's collinear cameras."""
-    settings = ["experiment=collinear", "metrics=[TAS,ATE]", "n_outliers=[0]", "sigma_t=[0.1]"]
-    return {"line": [*settings, *overrides]}
+    levels = {"n_outliers": [0], "sigma_t": [0.1]}
+    return {"line": {"experiment": "collinear", "metrics": ["TAS", "ATE"], **levels, **settings}}
 
 
 def answer(trials, n_jobs=1):
