@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 __all__ = ["CONFIG_DIR", "EXECUTION", "Execution", "MetricName", "Selection", "Sweep"]
-__all__ += ["checked", "container", "experiment_names", "hydra_errors", "load"]
+__all__ += ["checked", "container", "experiment_names", "flat", "hydra_errors", "load"]
 __all__ += ["load_sweep", "one_of", "read_yaml", "register_defaults", "require", "split_override"]
 __all__ += ["to_overrides"]
 
@@ -227,13 +227,18 @@ def load_sweep(overrides: Sequence[str] = ()) -> Sweep:
 
 def to_overrides(settings: Mapping[str, Any]) -> list[str]:
     """Return settings, from YAML or ``snakemake --config``, as Hydra overrides."""
-    overrides = []
+    return [f"{key}={_hydra_value(value)}" for key, value in flat(settings).items()]
+
+
+def flat(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings without nesting: ``tas: {order: 0.2}`` becomes ``tas.order: 0.2``."""
+    result: dict[str, Any] = {}
     for key, value in settings.items():
-        if isinstance(value, Mapping):  # tas: {max_threshold: 0.5}
-            overrides += to_overrides({f"{key}.{name}": part for name, part in value.items()})
+        if isinstance(value, Mapping):
+            result |= {f"{key}.{name}": part for name, part in flat(value).items()}
         else:
-            overrides.append(f"{key}={_hydra_value(value)}")
-    return overrides
+            result[key] = value
+    return result
 
 
 def _hydra_value(value: Any) -> str:

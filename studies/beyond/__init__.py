@@ -9,7 +9,7 @@ import pandas as pd
 from pydantic import AfterValidator, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from experiments.config import EXECUTION, Sweep, load_sweep, read_yaml, require, to_overrides
+from experiments.config import EXECUTION, Sweep, flat, load_sweep, read_yaml, require, to_overrides
 from experiments.tables import Trials
 
 from ..study import Study, naming
@@ -28,7 +28,7 @@ def _settings(settings: dict[str, Any]) -> dict[str, Any]:
     for key in EXECUTION:
         problem = f"may not set {key}, which holds for all studies; set it with --config"
         require(key not in settings, problem)
-    return settings
+    return flat(settings)
 
 
 Settings = Annotated[dict[str, Any], AfterValidator(_settings)]
@@ -44,7 +44,7 @@ class _File:
 
 def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the settings of each scenario; what a file does not set is as in this folder's."""
-    others = dict(settings)
+    others = flat(settings)
     path = Path(others.pop("scenarios", SCENARIOS))
     shared, file = read_yaml(SCENARIOS, _File), read_yaml(path, _File)
     tables = {}

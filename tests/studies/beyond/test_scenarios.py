@@ -24,7 +24,7 @@ def write(directory, text, name="mine.yaml"):
 def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path, beyond):
     path = write(
         tmp_path,
-        "settings: {trials: 7, n_outliers: [0, 5]}\n"
+        "settings: {trials: 7, n_outliers: [0, 5], tas: {quantile: 0.9}}\n"
         "scenarios:\n"
         "  circle: {geometry: orbit}\n"
         "  pieces: {outliers: cluster, trials: 3}\n",
@@ -36,8 +36,9 @@ def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path, beyond):
     for config in (circle, pieces):
         assert (config.seed, config.n_outliers) == (4, [0, 5])
         assert config.sigma_t == beyond["paper"].sigma_t
-    quick = sweeps(scenarios=path, trials=1)["pieces"]
+    quick = sweeps(scenarios=path, trials=1, tas={"order": 0.2})["pieces"]
     assert quick.trials == 1  # the command line wins
+    assert (quick.tas.order, quick.tas.quantile) == (0.2, 0.9)
 
 
 @pytest.mark.parametrize(
