@@ -56,7 +56,7 @@ rule threshold_study:
 rule beyond:
     input:
         rules.scenarios.output,
-        expand(FIGURE, figure=[BEYOND, "paths"], ext=["pdf", "png"]),
+        expand(FIGURE, figure=BEYOND, ext=["pdf", "png"]),
 
 
 rule real:

@@ -9,9 +9,9 @@ from alignscores.similarity import FARTHEST_SQUARABLE
 from alignscores.validation import check_poses, check_positive, check_same_length
 
 from .averages import geometric_medians, rotation_l1_means
-from .rotation import aligned_angles, checked
+from .rotation import rotation_statistics
 
-__all__ = ["dre", "dre_of_stacks", "dte", "dte_of_stacks", "mean_of_mean_and_rms"]
+__all__ = ["dre", "dte", "dte_of_stacks"]
 
 
 def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
@@ -96,7 +96,8 @@ def dte_of_stacks(
     if degenerate.any():
         limits = np.where(est.any(axis=2), np.inf, np.linalg.norm(gt, axis=2))
         errors = np.where(degenerate[:, None], limits, errors)
-    return mean_of_mean_and_rms(np.minimum(errors, cuts) / cuts)
+    shares = np.minimum(errors, cuts) / cuts
+    return np.asarray((shares.mean(axis=1) + np.sqrt((shares**2).mean(axis=1))) / 2)
 
 
 def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation) -> float:
@@ -130,13 +131,8 @@ def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation)
     >>> round(dre(gt, est), 6)
     1.5
     """
-    gt, est = checked(gt_rotations, est_rotations)
-    return float(dre_of_stacks(gt[None], est[None])[0])
-
-
-def dre_of_stacks(gt: Floats, est: Floats) -> Floats:
-    """Return `dre` of stacks of checked rotations (G, n, 3, 3)."""
-    return mean_of_mean_and_rms(aligned_angles(gt, est, rotation_l1_means(gt @ est.swapaxes(2, 3))))
+    statistics = rotation_statistics(gt_rotations, est_rotations)
+    return (statistics["Mean-1"] + statistics["RMS-1"]) / 2
 
 
 def _centre(positions: Floats) -> tuple[Floats, Floats]:
@@ -144,8 +140,3 @@ def _centre(positions: Floats) -> tuple[Floats, Floats]:
     positions = np.clip(positions, -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE)
     centred = positions - geometric_medians(positions)[:, None]
     return centred, np.median(np.linalg.norm(centred, axis=2), axis=1)
-
-
-def mean_of_mean_and_rms(errors: Floats) -> Floats:
-    """Return what DTE and DRE make of the errors, along their last axis."""
-    return np.asarray((errors.mean(axis=-1) + np.sqrt((errors**2).mean(axis=-1))) / 2)

@@ -10,7 +10,7 @@ from alignscores.validation import check_rotations, check_same_length
 
 from .averages import rotation_l1_means, rotation_l2_means
 
-__all__ = ["aligned_angles", "checked", "rotation_statistics", "statistics_of_stacks"]
+__all__ = ["aligned_angles", "rotation_statistics", "statistics_of_stacks"]
 
 
 def rotation_statistics(
@@ -49,7 +49,9 @@ def rotation_statistics(
     >>> {name: round(value, 3) for name, value in statistics.items()}
     {'Median-1': 0.0, 'Mean-1': 1.0, 'RMS-1': 2.0, 'Median-2': 1.0, 'Mean-2': 1.5, 'RMS-2': 1.732}
     """
-    gt, est = checked(gt_rotations, est_rotations)
+    gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
+    est = check_rotations(est_rotations, "est_rotations", complete=True)
+    check_same_length(gt, est, "gt_rotations", "est_rotations")
     return {name: float(one) for name, (one,) in statistics_of_stacks(gt[None], est[None]).items()}
 
 
@@ -63,16 +65,6 @@ def statistics_of_stacks(gt: Floats, est: Floats) -> dict[str, Floats]:
         statistics[f"Mean-{norm}"] = errors.mean(axis=1)
         statistics[f"RMS-{norm}"] = np.sqrt((errors**2).mean(axis=1))
     return statistics
-
-
-def checked(
-    gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation
-) -> tuple[Floats, Floats]:
-    """Return the checked rotations of ground truth and estimate as arrays."""
-    gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
-    est = check_rotations(est_rotations, "est_rotations", complete=True)
-    check_same_length(gt, est, "gt_rotations", "est_rotations")
-    return gt, est
 
 
 def aligned_angles(gt: Floats, est: Floats, alignments: Floats) -> Floats:

@@ -22,14 +22,14 @@ from alignscores.texts import brief
 from alignscores.yaml_files import load_yaml
 
 from .command import ConfigError, problems
-from .metrics import LARGEST, MOST, Column, MetricOptions, Positive
+from .metrics import MOST, Column, MetricOptions, Positive
 from .scenes import ERRORS, OUTLIERS, PATHS
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
-__all__ = ["CONFIG_DIR", "EXECUTION", "SETTINGS", "Execution", "MetricName", "Selection", "Sweep"]
-__all__ += ["checked", "combine", "container", "experiment_names", "hydra_errors", "load"]
+__all__ = ["CONFIG_DIR", "EXECUTION", "Execution", "MetricName", "Selection", "Sweep"]
+__all__ += ["checked", "container", "experiment_names", "flat", "hydra_errors", "load"]
 __all__ += ["load_sweep", "one_of", "read_yaml", "register_defaults", "require", "split_override"]
 __all__ += ["to_overrides"]
 
@@ -68,7 +68,7 @@ def _metric(name: str) -> str:
 
 
 MetricName = Annotated[str, AfterValidator(_metric)]
-Noise = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
+Noise = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Levels = Annotated[list[Noise], Field(min_length=1), AfterValidator(_distinct)]
 Metrics = Annotated[list[MetricName], Field(min_length=1), AfterValidator(_distinct)]
 Cameras = Annotated[int, Field(ge=4, le=MOST)]  # with fewer the TAS is undefined
@@ -146,10 +146,6 @@ def require(condition: bool, problem: str) -> None:
 
 
 EXECUTION = tuple(key.name for key in fields(Execution))
-SETTINGS = tuple(
-    key.name for key in fields(Sweep) if key.name not in ("name", "changes", "selections")
-)
-"""The keys that can be set, of `Execution` and of `Sweep`."""
 
 
 def experiment_names() -> list[str]:
@@ -229,22 +225,20 @@ def load_sweep(overrides: Sequence[str] = ()) -> Sweep:
     return load(overrides)[0]
 
 
-def combine(settings: Mapping[str, Any], overrides: Sequence[str]) -> list[str]:
-    """Return settings from YAML as overrides, followed by other overrides, which win."""
-    keys = [split_override(override)[0] for override in overrides]
-    others = {key: value for key, value in settings.items() if key not in keys}
-    return [*to_overrides(others), *overrides]
-
-
 def to_overrides(settings: Mapping[str, Any]) -> list[str]:
     """Return settings, from YAML or ``snakemake --config``, as Hydra overrides."""
-    overrides = []
+    return [f"{key}={_hydra_value(value)}" for key, value in flat(settings).items()]
+
+
+def flat(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings without nesting: ``tas: {order: 0.2}`` becomes ``tas.order: 0.2``."""
+    result: dict[str, Any] = {}
     for key, value in settings.items():
-        if isinstance(value, Mapping):  # tas: {max_threshold: 0.5}
-            overrides += to_overrides({f"{key}.{name}": part for name, part in value.items()})
+        if isinstance(value, Mapping):
+            result |= {f"{key}.{name}": part for name, part in flat(value).items()}
         else:
-            overrides.append(f"{key}={_hydra_value(value)}")
-    return overrides
+            result[key] = value
+    return result
 
 
 def _hydra_value(value: Any) -> str:

@@ -15,7 +15,6 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 from pydantic import (
-    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -41,35 +40,23 @@ from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_quartile
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
-from baselines.discernible import dre_of_stacks, dte_of_stacks
+from baselines.discernible import dte_of_stacks
 from baselines.pairwise import Count, maa_by_counts
 from baselines.rotation import aligned_angles, statistics_of_stacks
 
 from .command import ConfigError, problems
 from .scenes import Scene
 
-__all__ = ["LARGEST", "METRICS", "MOST", "Batch", "Column", "MetricOptions", "Options"]
+__all__ = ["METRICS", "MOST", "Batch", "Column", "MetricOptions", "Options"]
 __all__ += ["Positive", "TrialMetric", "evaluate", "evaluate_scenes"]
 
 
-LARGEST = 1e100  # noise, length or volume: they are squared, and a double ends at 1e308
 MOST = 10**6  # thresholds, hypotheses, cameras, or trials of a cell
 
-Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Whole = Annotated[int, Field(gt=0, le=MOST)]
 PositiveOrInfinite = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(gt=0, le=1)]
-Seed = Annotated[int, Field(ge=0)]
-
-
-def _count_or_infinite(value: float) -> float:
-    if value <= 0 or not (value == inf or (value.is_integer() and value <= MOST)):
-        raise ValueError(f"must be a whole number from 1 to {MOST}, or inf, not {value:g}")
-    return value
-
-
-# With infinitely many thresholds the staircase is a straight line, and the area under it exact.
-CountOrInfinite = Annotated[float, AfterValidator(_count_or_infinite)]
 RegistrationName = Literal["pcr99", "refined", "literal_frames"]
 
 
@@ -94,18 +81,12 @@ class UnitOptions(Options):
     interpolated: bool = False
 
 
-class AlignmentOptions(UnitOptions):
-    """How the estimate is registered; `seed` is the registration's, added to the trial's."""
-
-    registration: RegistrationName = "pcr99"
-    seed: Seed | None = None
-
-
-class TASOptions(AlignmentOptions):
+class TASOptions(UnitOptions):
     """Unit, thresholds and registration of the TAS."""
 
+    registration: RegistrationName = "pcr99"
     max_threshold: Positive = 1.0
-    n_thresholds: CountOrInfinite = 100
+    n_thresholds: Whole = 100
     quantile: Share = 0.75  # of the closest-pair distances: d
     n_hypotheses: Whole = 1000
     prescreen: PositiveOrInfinite = 0.1
@@ -127,7 +108,7 @@ class RASOptions(Options):
     """Thresholds of the RAS, and the average that the rotations are aligned by."""
 
     max_threshold_deg: Positive = 10.0
-    n_thresholds: CountOrInfinite = 100
+    n_thresholds: Whole = 100
     averaging: Literal["paper", "l1"] = "paper"
 
 
@@ -137,7 +118,6 @@ class PASOptions(Options):
     weight: Annotated[float, Field(ge=0, le=1)] = 0.5
     registration: RegistrationName | None = None
     interpolated: bool | None = None
-    seed: Seed | None = None
 
 
 class HalfAngleOptions(Options):
@@ -150,7 +130,6 @@ class HalfDistanceOptions(HalfAngleOptions):
     """The same, with the registration."""
 
     registration: RegistrationName = "refined"
-    seed: Seed | None = None
 
 
 @checked_dataclass(frozen=True, kw_only=True, config=ConfigDict(extra="forbid"))
@@ -343,7 +322,7 @@ class Batch:
                 rng=seed,
                 registration=options.registration,
             )
-            for scene, seed in zip(self.scenes, self._seeds(options.seed), strict=True)
+            for scene, seed in zip(self.scenes, self.seeds, strict=True)
         ]
 
     def half_angle(self, options: HalfAngleOptions) -> list[float]:
@@ -371,16 +350,7 @@ class Batch:
                 max_threshold=options.max_threshold,
                 registration=register,
             ).errors
-            for scene, seed, unit in zip(self.scenes, self._seeds(options.seed), units, strict=True)
-        ]
-
-    def _seeds(self, seed: int | None) -> Sequence[np.random.SeedSequence]:
-        """Return the seeds of the scenes, or a child of each."""
-        if seed is None:
-            return self.seeds
-        return [
-            np.random.SeedSequence(one.entropy, spawn_key=(*one.spawn_key, seed))
-            for one in self.seeds
+            for scene, seed, unit in zip(self.scenes, self.seeds, units, strict=True)
         ]
 
     def d(self, quantile: float = 0.75, interpolated: bool = False) -> Floats:
@@ -419,10 +389,9 @@ class Batch:
         """The DTE of the estimated cameras of each scene."""
         return self._in_stacks(lambda *world: {"": dte_of_stacks(*world)})[""]
 
-    @cached_property
     def dre(self) -> Floats:
-        """The DRE of each."""
-        return self._in_stacks(lambda _, gt, __, est: {"": dre_of_stacks(gt, est)})[""]
+        """Return the DRE of each."""
+        return (self.rotation_statistics["Mean-1"] + self.rotation_statistics["RMS-1"]) / 2
 
     @cached_property
     def rotation_statistics(self) -> dict[str, Floats]:
@@ -469,15 +438,10 @@ def _registered_alike(options: TASOptions) -> TASOptions:
 
 
 def _scores(
-    errors: Sequence[Floats], units: Floats, max_threshold: float, n_thresholds: float
+    errors: Sequence[Floats], units: Floats, max_threshold: float, n_thresholds: int
 ) -> Floats:
-    """Score the errors of each scene; with infinitely many thresholds the area is exact."""
-    if n_thresholds == inf:
-        pairs = zip(errors, units * max_threshold, strict=True)
-        return np.array(
-            [np.clip(1 - values / largest, 0, None).mean() for values, largest in pairs]
-        )
-    steps = equal_steps(max_threshold, int(n_thresholds), "max_threshold")
+    """Score the errors of each scene."""
+    steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
     pairs = zip(errors, units, strict=True)
     return np.array([AlignmentScore(values, unit * steps).score for values, unit in pairs])
 
@@ -538,7 +502,7 @@ _TRIAL_METRICS = (
     TrialMetric(metric("PAS").family, Batch.pas, PASOptions),
     TrialMetric(metric("half_distance").family, Batch.half_distance, HalfDistanceOptions),
     TrialMetric(metric("half_angle").family, Batch.half_angle, HalfAngleOptions),
-    TrialMetric(_DRE, lambda batch, _: batch.dre),
+    TrialMetric(_DRE, lambda batch, _: batch.dre()),
     *(_statistic(f"{name}-1", "L1") for name in ("Median", "Mean", "RMS")),
     *(_statistic(f"{name}-2", "L2") for name in ("Median", "Mean", "RMS")),
     TrialMetric(

@@ -1,7 +1,6 @@
 """Sweeps: every cell of a grid, trial by trial, in parallel processes."""
 
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from functools import cache
 from operator import itemgetter
 from typing import Any
@@ -9,7 +8,7 @@ from zlib import crc32
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import ThreadpoolController
+from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from alignscores.parallel import run_parallel
@@ -19,7 +18,7 @@ from .grid import KEY_COLUMNS, Cell, evaluations
 from .metrics import evaluate_scenes
 from .scenes import Scene, make_scene
 
-__all__ = ["draw_scene", "one_blas_thread", "run_sweeps", "trial_seeds"]
+__all__ = ["draw_scene", "run_sweeps", "trial_seeds"]
 
 BATCH = 50  # trials that are held in memory
 
@@ -65,23 +64,14 @@ def run_trials(
 
 
 @cache
-def _blas() -> ThreadpoolController:
-    """Find the BLAS libraries of this process; looking for them takes as long as a trial."""
-    return ThreadpoolController().select(user_api="blas")
-
-
-def one_blas_thread() -> AbstractContextManager[object]:
-    """Compute on one BLAS thread: more could change the last bits."""
-    limit: AbstractContextManager[object] = _blas().limit(limits=1)
-    return limit
+def _use_one_blas_thread() -> None:
+    """Let this process compute on one BLAS thread: more could change the last bits."""
+    threadpool_limits(1, user_api="blas")
 
 
 def run_cell(sweep: Sweep, cell: Cell, metrics: Sequence[str]) -> list[dict[str, Any]]:
-    """Run all trials of a cell, on one BLAS thread: more could change the last bits.
-
-    The limit stays: a worker may run other cells at the same time, and these need it, too.
-    """
-    one_blas_thread()
+    """Run all trials of a cell."""
+    _use_one_blas_thread()
     batches = (range(sweep.trials)[i : i + BATCH] for i in range(0, sweep.trials, BATCH))
     return [row for trials in batches for row in run_trials(sweep, cell, trials, metrics)]
 
@@ -107,11 +97,9 @@ def run_sweeps(sweeps: Sequence[Sweep], n_jobs: int = 1) -> pd.DataFrame:
 
 def _run_sweep(sweep: Sweep, n_jobs: int) -> pd.DataFrame:
     wanted = evaluations(sweep)
-    # The limit of the cells stays in their process; here it ends with the sweep.
-    with one_blas_thread():
-        tasks = [(sweep, cell, metrics) for cell, metrics in wanted.items()]
-        cells = run_parallel(run_cell, tasks, n_jobs)
-        progress = tqdm(cells, total=len(tasks), desc=sweep.name, unit="cell", disable=None)
-        rows = [row for _, batch in sorted(progress, key=itemgetter(0)) for row in batch]
+    tasks = [(sweep, cell, metrics) for cell, metrics in wanted.items()]
+    cells = run_parallel(run_cell, tasks, n_jobs)
+    progress = tqdm(cells, total=len(tasks), desc=sweep.name, unit="cell", disable=None)
+    rows = [row for _, batch in sorted(progress, key=itemgetter(0)) for row in batch]
     columns = dict.fromkeys(metric for metrics in wanted.values() for metric in metrics)
     return pd.DataFrame(rows, columns=[*KEY_COLUMNS, *columns])

@@ -54,11 +54,6 @@ class Record:
     sweeps: tuple[Sweep, ...]
     origin: Mapping[str, Any]  # package versions, commit, Python and platform
 
-    @property
-    def sweep(self) -> Sweep:
-        """The settings of a table of one sweep, or of the first."""
-        return self.sweeps[0]
-
     @cached_property
     def metrics(self) -> list[str]:
         """The metrics that are evaluated in any cell."""
@@ -76,8 +71,8 @@ class Trials:
 
     @property
     def sweep(self) -> Sweep:
-        """The settings of a table of one sweep."""
-        return self.record.sweep
+        """The settings of a table of one sweep, or of the first."""
+        return self.record.sweeps[0]
 
 
 def write_files(files: Mapping[Path, bytes]) -> list[Path]:
@@ -159,21 +154,14 @@ def _origin() -> dict[str, Any]:
     }
 
 
-def _git_state() -> dict[str, Any] | None:
-    """Return the commit of the source tree and whether it has changes; None outside of git."""
+def _git_state() -> str | None:
+    """Return the commit of the source tree, with -dirty if it has changes; None outside of git."""
+    # The archive of a release may lie in another repository: only our own .git counts.
+    command = ["git", "--git-dir=.git", "describe"]
+    command += ["--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
-        if _git("rev-parse", "--show-prefix") != f"{CONFIG_DIR.name}/":
-            return None  # a source archive that was unpacked inside another repository
-        commit = _git("rev-parse", "HEAD")
-        return {
-            "commit": commit,
-            "dirty": bool(_git("status", "--porcelain", "--untracked-files=no")),
-        }
+        return subprocess.run(
+            command, cwd=CONFIG_DIR.parent, check=True, capture_output=True, text=True
+        ).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return None
-
-
-def _git(*arguments: str) -> str:
-    return subprocess.run(
-        ["git", *arguments], cwd=CONFIG_DIR, check=True, capture_output=True, text=True
-    ).stdout.strip()

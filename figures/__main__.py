@@ -42,7 +42,8 @@ def _work(options: Namespace) -> list[Path]:
         problem = f"is not drawn from {len(options.tables)} tables"
         raise CommandError(f"{options.draw} {problem}") from None
     title = (getdoc(draw) or name).partition("\n")[0]
-    return write_figure(draw(*map(_read, options.tables)), options.output, title)
+    with style.applied():
+        return write_figure(draw(*map(_read, options.tables)), options.output, title)
 
 
 def _read(path: Path) -> Any:
@@ -52,7 +53,6 @@ def _read(path: Path) -> Any:
     return read_trials(path)
 
 
-@style.applied()
 def write_figure(figure: Figure, paths: Sequence[Path], title: str) -> list[Path]:
     """Write a figure as PDF or PNG, by the ending of each path, without dates; return the paths."""
     metadata = {

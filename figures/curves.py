@@ -57,12 +57,6 @@ class Curves:
             for row in self._noise.itertuples(index=False, name=None)
         ]
 
-    @cached_property
-    def even(self) -> bool:
-        """Whether the noise levels rise in equal steps."""
-        steps = np.diff(self._noise.to_numpy(dtype=float), axis=0)
-        return bool(np.allclose(steps, steps[:1]))
-
     def spread(self, metric: str) -> Floats:
         """Return the smallest value, the mean and the largest: (3, series, levels)."""
         groups = self.trials.table.groupby([self.series, self.levels[0]])[metric]

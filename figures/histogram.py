@@ -14,7 +14,6 @@ CELL = Cell(n_cameras=100, n_outliers=10, sigma_t=0.03, sigma_r_deg=3.0)
 TRIAL = 0
 
 
-@style.applied()
 def draw(trials: Trials) -> Figure:
     """Figure 1: cumulative frequency histograms of one trial, whose areas are TAS and RAS."""
     camera_seed, registration_seed = trial_seeds(trials.sweep, CELL, TRIAL)

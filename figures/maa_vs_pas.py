@@ -17,7 +17,6 @@ COLUMNS = (
 )
 
 
-@style.applied()
 def draw(outliers: Trials, length: Trials, collinear: Trials) -> Figure:
     """Figure 7: mAA and PAS against noise in position and rotation that rises together."""
     figure = new_figure(len(COLUMNS), head=0.4, foot=0.46)

@@ -4,7 +4,6 @@ from matplotlib.figure import Figure
 
 from experiments.tables import Trials
 
-from . import style
 from .curves import Curves
 from .panels import small_multiples
 
@@ -13,26 +12,22 @@ POSITIONS = ("ATE", "DTE", "mAA", "TAS")
 ROTATIONS = ("Median-1", "Mean-1", "RMS-1", "DRE", "Median-2", "Mean-2", "RMS-2", "RAS")
 
 
-@style.applied()
 def outliers(trials: Trials) -> Figure:
     """Figure 2: translation metrics against position noise, for each number of outliers."""
     return small_multiples(Curves(trials, POSITIONS, series="n_outliers"))
 
 
-@style.applied()
 def collinear(trials: Trials) -> Figure:
     """Figure 3: translation metrics of collinear cameras against position noise, for outliers."""
     # One outlier multiplies ATE and DTE by a hundred: the curves without any would lie on the axis.
     return small_multiples(Curves(trials, POSITIONS, series="n_outliers"), log=("ATE", "DTE"))
 
 
-@style.applied()
 def trajectory_length(trials: Trials) -> Figure:
     """Figure 4: translation metrics against position noise, for each number of cameras."""
     return small_multiples(Curves(trials, POSITIONS, series="n_cameras"))
 
 
-@style.applied()
 def rotations(trials: Trials) -> Figure:
     """Figure 5: rotation metrics against rotation noise, for each number of outliers."""
     figure = small_multiples(Curves(trials, ROTATIONS, "n_outliers", levels=("sigma_r_deg",)))
@@ -43,7 +38,6 @@ def rotations(trials: Trials) -> Figure:
     return figure
 
 
-@style.applied()
 def combined(trials: Trials) -> Figure:
     """Figure 6: six metrics against noise in position and in rotation."""
     curves = Curves(trials, ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS"), series="sigma_r_deg")

@@ -4,7 +4,7 @@ The grey is what all series span at a noise level, the bars at the right what ea
 levels: the heights of both are the ranges that the paper compares.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 from typing import Any
 
@@ -140,8 +140,6 @@ def x_labels(axes: Axes, curves: Curves) -> None:
     noise = NAMES[curves.levels[0]][0]
     if len(curves.levels) > 1:
         noise = " and ".join(NAMES[setting][1] for setting in curves.levels) + "\nrise together"
-    if not curves.even:
-        noise += "\nnot to scale"
     series = NAMES[curves.series][0]
     middle = float(_strip(curves).mean())
     for x, text, lines in ((last / 2, noise, len(curves.levels)), (middle, series, 2)):
@@ -183,17 +181,11 @@ def glyph_key(figure: Figure, curves: Curves, y: float, *, series: str = "") -> 
         f"of all {series or NAMES[curves.series][1]}": Patch(color=style.GREY_BAND),
         "of all noise levels": _stroke(2.2),
     }
-    _key(figure, handles, 0.03, y, handlelength=1.2)
+    width, height = figure.get_size_inches()
+    placed = {"loc": "upper left", "bbox_to_anchor": (0.03 / width, 1 - y / height)}
+    spaced = {"handlelength": 1.2, "handletextpad": 0.4, "columnspacing": 0.6}
+    style.key(figure, handles, **placed, **spaced).set_in_layout(False)
 
 
 def _stroke(width: float) -> Line2D:
     return Line2D([], [], color=style.FAINT, ls="", marker="|", ms=7, mew=width)
-
-
-def _key(
-    figure: Figure, handles: Mapping[str, Artist], x: float, y: float, **options: float
-) -> None:
-    width, height = figure.get_size_inches()
-    placed = {"loc": "upper left", "bbox_to_anchor": (x / width, 1 - y / height)}
-    spaced = {"handletextpad": 0.4, "columnspacing": 0.6}
-    style.key(figure, handles, **placed, **spaced, **options).set_in_layout(False)

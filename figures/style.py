@@ -76,7 +76,7 @@ SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every 
 }
 
 
-# Applies the style within a block or a decorated function, whatever the user's own settings.
+# Applies the style within a block, whatever the user's own settings.
 applied = partial(matplotlib.style.context, ["default", SETTINGS])
 
 

@@ -127,10 +127,11 @@ def _costs(folder: Path) -> list[dict[Any, Any]]:
 def _provenance(folder: Path, settings: Sequence[str]) -> dict[str, Any]:
     """Return the settings of the paper's experiments, and the code and machine behind them."""
     records = [read_record(folder / "trials" / f"{name}.csv") for name in experiment_names()]
+    sweeps = [record.sweeps[0] for record in records]
     first = records[0].origin
     return {
-        "sweeps": [record.sweep for record in records],
-        "trials": records[0].sweep.trials,
+        "sweeps": sweeps,
+        "trials": sweeps[0].trials,
         "paper_trials": PAPER_TRIALS,
         "origin": first,
         "is_mixed": any(record.origin != first for record in records),

@@ -13,16 +13,13 @@ from math import ceil, inf
 import numpy as np
 import pandas as pd
 import scipy
-from numpy.typing import ArrayLike
 
 from alignscores.arrays import Floats
-from alignscores.comparison.statistics import beats
-from alignscores.comparison.statistics import holm as holm  # for the studies
+from alignscores.comparison.statistics import LEVEL, beats, wins
 from experiments.grid import CELL_SETTINGS
 from experiments.metrics import Column
 
-SIGNIFICANCE = 0.05  # level of p-values, which are adjusted where several are asked at once
-REACH = float(scipy.special.ndtri(1 - SIGNIFICANCE / 2))  # of a 95 % interval, in standard errors
+REACH = float(scipy.special.ndtri(1 - LEVEL / 2))  # of a 95 % interval, in standard errors
 ROUNDING = 12  # decimals, so that ties are ties
 
 
@@ -55,9 +52,18 @@ class Task:
     pairs: Sequence[tuple[int, int]]
 
     def shares(self, metric: str) -> Floats:
-        """Return each trial's share of the probability of the right order, (samples, trials)."""
+        """Return each trial's share of the probability of the right order, (samples, trials).
+
+        A metric without a value (NaN) cannot put two trials in order: a tie. Each pair of trials is
+        in the shares of both, so the means of all samples sum to twice the probability.
+        """
         values = [sign(metric) * sample[metric].to_numpy() for sample in self.samples]
-        return np.array(shares(values, self.pairs))
+        totals = [np.zeros(len(sample)) for sample in values]
+        for better, worse in self.pairs:
+            right = in_order(values[better], values[worse])
+            totals[better] += right.mean(axis=1) / len(self.pairs)
+            totals[worse] += right.mean(axis=0) / len(self.pairs)
+        return np.array(totals)
 
 
 def sign(metric: str) -> int:
@@ -93,43 +99,25 @@ def within(trials: pd.DataFrame, level: str) -> Task:
     return Task(samples, pairs)
 
 
-def shares(values: Sequence[ArrayLike], pairs: Sequence[tuple[int, int]]) -> list[Floats]:
-    """Return each trial's share of the probability, by level, over pairs of a better and a worse.
-
-    Larger values are worse. A metric without a value (NaN) cannot put two trials in order: a tie.
-    Each pair of trials is in the shares of both, so the means of all levels sum to twice the
-    probability.
-    """
-    levels = [np.asarray(level, dtype=np.float64) for level in values]
-    totals = [np.zeros(len(level)) for level in levels]
-    for better, worse in pairs:
-        right = in_order(levels[better], levels[worse])
-        totals[better] += right.mean(axis=1) / len(pairs)
-        totals[worse] += right.mean(axis=0) / len(pairs)
-    return totals
-
-
 def in_order(better: Floats, worse: Floats) -> Floats:
     """Return whether each pair of trials is in the right order, (n, m); a tie is a half."""
     return beats(worse, better[:, None])  # larger is worse
 
 
-def estimate(shares_right: Sequence[Floats] | Floats) -> Order:
+def estimate(shares: Floats) -> Order:
     """Return the probability that shares sum to, with its error over independent trials."""
-    probability = sum(float(unit.mean()) for unit in shares_right) / 2
-    variance = sum(unit.var(ddof=1) / len(unit) if len(unit) > 1 else inf for unit in shares_right)
+    probability = sum(float(unit.mean()) for unit in shares) / 2
+    variance = sum(unit.var(ddof=1) / len(unit) if len(unit) > 1 else inf for unit in shares)
     return Order(probability, float(np.sqrt(variance)))
 
 
-def order(values: Sequence[ArrayLike]) -> Order:
-    """Return how probably neighbouring levels come in the right order; larger is worse."""
-    return estimate(shares(values, list(pairwise(range(len(values))))))
-
-
-def orders(trials: pd.DataFrame, metric: str, level: str) -> list[Order]:
-    """Return the order in each group of trials that share all other settings."""
-    samples = [group.groupby(level)[metric] for group in groups(trials, level)]
-    return [order([sign(metric) * values for _, values in own]) for own in samples]
+def orders(trials: pd.DataFrame, metric: str, level: str) -> list[float]:
+    """Return the probability of the right order in each group that shares all other settings."""
+    samples = [
+        [-sign(metric) * values.to_numpy() for _, values in group.groupby(level)[metric]]
+        for group in groups(trials, level)
+    ]
+    return [wins(list(pairwise(of_levels))) for of_levels in samples]
 
 
 def trials_needed(probability: float) -> float:

@@ -1,20 +1,20 @@
 """What a study is: one description, found in its folder."""
 
 import pkgutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
+from typing import Any
 
 import pandas as pd
 
 import studies
 from experiments.command import ConfigError
-from experiments.config import split_override
 from experiments.tables import Trials
 
-Plan = Callable[[Sequence[str]], Mapping[str, list[str]]]
-"""From the settings of a study: its tables of trials by their names, as Hydra's overrides."""
+Plan = Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]]
+"""From ``snakemake --config``: the settings of each table of trials by its name."""
 Answer = Callable[[Sequence[Trials], int], Sequence[pd.DataFrame | str]]
 """From tables of trials and the number of processes: the tables that the study writes."""
 
@@ -53,8 +53,8 @@ def naming(before: str = "", after: str = "") -> Iterator[None]:
         raise ConfigError(f"{before}{error}{after}") from None
 
 
-def reject(overrides: Sequence[str], keys: Sequence[str], reason: str) -> None:
+def reject(settings: Collection[str], fixed: Sequence[str], reason: str) -> None:
     """Raise a `ConfigError` for settings that a study decides on its own."""
-    for key, _ in map(split_override, overrides):
-        if key in keys:
+    for key in fixed:
+        if key in settings:
             raise ConfigError(f"setting {key!r} cannot be set: {reason}")

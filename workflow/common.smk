@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT))
 shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")  # so that `python` is this one
 
 from experiments.command import CommandError
-from experiments.config import EXECUTION, combine, load, split_override, to_overrides
+from experiments.config import EXECUTION, load, to_overrides
 from experiments.tables import SWEEPS
 from studies.beyond import SCENARIOS, study_name
 from studies.claims.claims import load_claims
@@ -24,11 +24,11 @@ from studies.study import find_studies
 STUDIES = find_studies()
 STUDY_KEYS = {key for study in STUDIES.values() for key in study.keys}
 CONFIG = to_overrides({key: value for key, value in config.items() if key not in EXECUTION})
-SETTINGS = to_overrides({key: value for key, value in config.items() if key not in {*EXECUTION, *STUDY_KEYS}})
+SETTINGS = {key: value for key, value in config.items() if key not in {*EXECUTION, *STUDY_KEYS}}
 MORE = ",".join(config["more"]) if isinstance(config.get("more"), list) else config.get("more", "")
-FOLDER = to_overrides({key: config[key] for key in ["results_dir"] if key in config})
+FOLDER = {key: config[key] for key in ["results_dir"] if key in config}
 try:
-    sweep, execution = load([*SETTINGS, *FOLDER])  # a wrong key or value ends here
+    sweep, execution = load(to_overrides({**SETTINGS, **FOLDER}))  # a wrong key or value ends here
     BEYOND = study_name(Path(config.get("scenarios", SCENARIOS)))
 except CommandError as error:
     raise WorkflowError(str(error)) from None
@@ -56,7 +56,7 @@ PAPER_TRIALS = expand(RESULTS / "trials" / "{experiment}.csv", experiment=EXPERI
 def tables_of(study):
     """Return the settings of each table of trials of a study."""
     own = {key: config[key] for key in STUDIES[study].keys if key in config}
-    return STUDIES[study].plan(combine(own, SETTINGS))
+    return STUDIES[study].plan({**SETTINGS, **own})
 
 
 def trials_of(study):
@@ -70,13 +70,14 @@ def settings_of(wildcards):
 
 
 def experiment_file(settings):
-    return ROOT / "configs" / "experiment" / f"{dict(map(split_override, settings))['experiment']}.yaml"
+    return ROOT / "configs" / "experiment" / f"{settings['experiment']}.yaml"
 
 
 @cache
 def sweeps_of_replicates():
     """Return the sweeps of each replicate study."""
-    return replicates(load_claims(config.get("replicates")), SETTINGS)
+    claims = load_claims(config.get("replicates"))
+    return replicates(claims, to_overrides(SETTINGS), range(claims.replicates))
 
 
 def digest_of_replicate(number):

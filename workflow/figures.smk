@@ -15,7 +15,6 @@ PAPER_FIGURES = {
 STUDY_FIGURES = {
     "threshold_study": ("studies.threshold_study.figure:draw", ["tables/threshold_study"]),
     BEYOND: ("studies.beyond.figure:draw", [f"tables/{BEYOND}"]),
-    "paths": ("studies.beyond.paths:draw", []),
     "real": ("studies.real.figure:draw", ["tables/real", "tables/real_pairs", "tables/real_agreement"]),
 }
 

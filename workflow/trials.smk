@@ -16,7 +16,7 @@ rule trials:
         RESULTS / "trials" / "{experiment}.json",
     params:
         program="experiments.run",
-        settings=lambda wildcards: [f"experiment={wildcards.experiment}", *SETTINGS, *FOLDER],
+        settings=lambda wildcards: to_overrides({"experiment": wildcards.experiment, **SETTINGS, **FOLDER}),
     priority: 1
     threads: THREADS
     resources:
@@ -40,7 +40,7 @@ use rule trials as study_trials with:
         RESULTS / "trials" / "{study}" / "{table}.json",
     params:
         program="experiments.run",
-        settings=lambda w: [*settings_of(w), *FOLDER, f"table={w.study}/{w.table}"],
+        settings=lambda w: to_overrides({**settings_of(w), **FOLDER, "table": f"{w.study}/{w.table}"}),
     log:
         RESULTS / "logs" / "trials" / "{study}" / "{table}.log",
     benchmark:
@@ -55,7 +55,7 @@ use rule trials as replicate with:
         RESULTS / "replicates" / "{number}.json",
     params:
         program="studies.claims",
-        settings=lambda wildcards: [wildcards.number, *SETTINGS, *FOLDER],
+        settings=lambda wildcards: [wildcards.number, *to_overrides({**SETTINGS, **FOLDER})],
         needed=lambda wildcards: digest_of_replicate(int(wildcards.number)),
     log:
         RESULTS / "logs" / "replicates" / "{number}.log",

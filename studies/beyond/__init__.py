@@ -1,7 +1,7 @@
 """What the paper leaves out: the main experiment with other paths, errors and outliers."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,7 +9,7 @@ import pandas as pd
 from pydantic import AfterValidator, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from experiments.config import EXECUTION, combine, load_sweep, read_yaml, require, split_override
+from experiments.config import EXECUTION, Sweep, flat, load_sweep, read_yaml, require, to_overrides
 from experiments.tables import Trials
 
 from ..study import Study, naming
@@ -28,7 +28,7 @@ def _settings(settings: dict[str, Any]) -> dict[str, Any]:
     for key in EXECUTION:
         problem = f"may not set {key}, which holds for all studies; set it with --config"
         require(key not in settings, problem)
-    return settings
+    return flat(settings)
 
 
 Settings = Annotated[dict[str, Any], AfterValidator(_settings)]
@@ -42,22 +42,22 @@ class _File:
     settings: Settings = Field(default_factory=dict)
 
 
-def plan(overrides: Sequence[str] = ()) -> dict[str, list[str]]:
+def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the settings of each scenario; what a file does not set is as in this folder's."""
-    path = Path(dict(map(split_override, overrides)).get("scenarios", SCENARIOS))
-    others = [one for one in overrides if split_override(one)[0] != "scenarios"]
+    others = flat(settings)
+    path = Path(others.pop("scenarios", SCENARIOS))
     shared, file = read_yaml(SCENARIOS, _File), read_yaml(path, _File)
     tables = {}
     for scenario, own in file.scenarios.items():
-        name = {"name": f"{study_name(path)}/{scenario}"}
-        tables[scenario] = combine({**shared.settings, **file.settings, **own, **name}, others)
+        name = f"{study_name(path)}/{scenario}"
+        table = {**shared.settings, **file.settings, **own, "name": name, **others}
         with naming(f"{path}: scenarios.{scenario}: "):
-            _check(tables[scenario])
+            _check(load_sweep(to_overrides(table)))
+        tables[scenario] = table
     return tables
 
 
-def _check(settings: Sequence[str]) -> None:
-    sweep = load_sweep(settings)
+def _check(sweep: Sweep) -> None:
     require(sweep.noise == "paired", "needs noise=paired: one order of levels")
     n_levels = max(len(sweep.sigma_t), len(sweep.n_outliers))
     require(n_levels > 1, "needs two levels of noise, or numbers of outliers")

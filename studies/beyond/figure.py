@@ -23,7 +23,6 @@ TIGHT = 4.8  # size of the type in narrow columns, in points
 NAMES = {"HalfDistance": "half\ndist.", "HalfAngle": "half\nangle", "Median-1": "Median\n-1"}
 
 
-@style.applied()
 def draw(table: pd.DataFrame) -> Figure:
     """Figure: what each metric still orders in the scenarios of a study."""
     scenarios = table.drop_duplicates("scenario")

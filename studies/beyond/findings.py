@@ -57,5 +57,4 @@ def _judge(trials: pd.DataFrame, metric: str) -> dict[str, object]:
 
 
 def _smallest(trials: pd.DataFrame, metric: str, level: str) -> float:
-    of_pairs = orders(trials, metric, level) if varies(trials, level) else []
-    return 100 * min((one.probability for one in of_pairs), default=np.nan)
+    return 100 * min(orders(trials, metric, level)) if varies(trials, level) else np.nan

@@ -19,7 +19,7 @@ def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str
             "verdicts take at least two replicate studies: the spread is between them"
         )
     for number, table in enumerate(trials):
-        if table.record.sweep.replicate != number:
+        if table.sweep.replicate != number:
             raise CommandError(f"{table.path} is not replicate {number}: name them in order, once")
     return list(decide(load_claims(len(trials)), list(map(select_trials, trials)), n_jobs=n_jobs))
 

@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _work(options: Namespace) -> list[Path]:
     claims = load_claims(max(2, options.number + 1))
-    sweeps = replicates(claims, options.settings)[options.number]
+    (sweeps,) = replicates(claims, options.settings, [options.number])
     _, execution = load(options.settings)
     path = Path(execution.results_dir) / "replicates" / f"{options.number}.csv"
     write_trials(path, run_sweeps(sweeps, execution.n_jobs), sweeps)

@@ -265,12 +265,10 @@ class Claims:
         return {name: changed for name, claim, changed in pairs if changed != claim}
 
 
-def load_claims(replicates: int | str | None = None, path: Path = CLAIMS_FILE) -> Claims:
+def load_claims(replicates: int | None = None, path: Path = CLAIMS_FILE) -> Claims:
     """Read the claims; a list of metrics becomes one claim of each."""
     file = read_yaml(path, _File)
     replicates = file.replicates if replicates is None else replicates
-    if isinstance(replicates, str) and replicates.isdecimal():  # as it is typed
-        replicates = int(replicates)
     if type(replicates) is not int or replicates < 2:
         raise ConfigError(
             f"setting 'replicates' must be a whole number of at least 2, not {replicates!r}: "
@@ -314,10 +312,6 @@ def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision
     for name in decision.claims:
         if name not in claims:
             raise ConfigError(f"claims.yaml: {decision.id!r} names no claim: {name!r}")
-    for reading in decision.readings:
-        for name in decision.claims or claims:
-            with _named({}, f"{decision.id!r}, {reading.reading!r}, {name!r}"):
-                reading.of(claims[name])
     return decision
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from experiments.command import ConfigError
-from experiments.config import Selection, Sweep
+from experiments.config import Selection, Sweep, split_override
 from experiments.grid import Cell, cells
 
 from ..paper import load_experiment
@@ -14,15 +14,17 @@ from .claims import Claim, Claims, within
 FIXED = ("experiment", "metrics", "replicate")  # settings that the claims decide
 
 
-def replicates(claims: Claims, overrides: Sequence[str] = ()) -> list[tuple[Sweep, ...]]:
-    """Return the sweeps of each replicate study, those that the claims need."""
-    reject(overrides, FIXED, "the claims decide what is run")
-    needed = [list(claims.needed(number)) for number in range(claims.replicates)]
-    different = {len(own): own for own in needed}  # the first replicates have more readings
+def replicates(
+    claims: Claims, overrides: Sequence[str], numbers: Iterable[int]
+) -> list[tuple[Sweep, ...]]:
+    """Return the sweeps of replicate studies, those that the claims need."""
+    reject(dict(map(split_override, overrides)), FIXED, "the claims decide what is run")
+    needed = {number: list(claims.needed(number)) for number in numbers}
+    different = {len(own): own for own in needed.values()}  # the first ones have more readings
     planned = {n: plan(own, overrides) for n, own in different.items()}
     return [
         tuple(replace(sweep, replicate=number) for sweep in planned[len(own)])
-        for number, own in enumerate(needed)
+        for number, own in needed.items()
     ]
 
 

@@ -12,15 +12,15 @@ import pandas as pd
 import scipy
 
 from alignscores.arrays import Floats
+from alignscores.comparison.statistics import LEVEL, holm
 from alignscores.parallel import run_parallel
 from experiments.grid import CELL_SETTINGS
 from experiments.tables import Trials
 
-from ..order import SIGNIFICANCE, holm
 from ..statistics import cell_means, select
 from .claims import Claim, Claims, Decision, Reading
 
-CENTRAL = (SIGNIFICANCE / 2, 1 - SIGNIFICANCE / 2)
+CENTRAL = (LEVEL / 2, 1 - LEVEL / 2)
 REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE = "reproduced", "not reproduced", "inconclusive"
 VERDICTS = (NOT_REPRODUCED, INCONCLUSIVE, REPRODUCED)
 TRUE, FALSE, OPEN = "true", "false", "open"
@@ -82,7 +82,7 @@ def populations(claims: Sequence[Claim], values: Sequence[Floats]) -> list[str]:
     number of claims by Holm's method.
     """
     tests = list(map(_test, claims, values))
-    certain = holm([p for _, p in tests]) <= SIGNIFICANCE
+    certain = holm([p for _, p in tests]) <= LEVEL
     words = {True: TRUE, False: FALSE}
     return [words[meets] if sure else OPEN for (meets, _), sure in zip(tests, certain, strict=True)]
 

@@ -1,10 +1,11 @@
 """Head to head: which metric puts neighbouring levels of the paper's trials in order best."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import pandas as pd
 
-from experiments.config import combine
+from experiments.config import to_overrides
 from experiments.tables import Trials
 
 from .. import paper
@@ -23,14 +24,13 @@ COMPARED = {  # with a metric of the paper, on the same trials
 }
 
 
-def plan(overrides: Sequence[str] = ()) -> dict[str, list[str]]:
+def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the paper's experiments once more, for the metrics that it does not have."""
     tables = {}
-    for name, settings in paper.plan(overrides).items():
-        evaluated = paper.load_experiment(settings).metrics
+    for name, own in paper.plan(settings).items():
+        evaluated = paper.load_experiment(to_overrides(own)).metrics
         if metrics := [other for metric in evaluated for other in COMPARED.get(metric, ())]:
-            others = [one for one in settings if not one.startswith("metrics=")]
-            tables[name] = combine({"metrics": metrics}, others)
+            tables[name] = {**own, "metrics": metrics}
     return tables
 
 

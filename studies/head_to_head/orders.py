@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pandas as pd
 
+from alignscores.comparison.statistics import holm
 from experiments.tables import Record, TableError, Trials
 
 from .. import order
@@ -59,7 +60,7 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
                 keys = {"experiment": name, "level": level}
                 rows += [keys | row for row in _ranked(trials, setting)]
     table = pd.DataFrame(rows)
-    table["p"] = order.holm(table["p"])
+    table["p"] = holm(table["p"])
     return table
 
 

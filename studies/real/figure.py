@@ -12,7 +12,6 @@ from figures import style
 ROW = 0.16  # inches
 
 
-@style.applied()
 def draw(table: pd.DataFrame, pairs: pd.DataFrame, agreement: pd.DataFrame) -> Figure:
     """Figure: which metric orders real systems, and who agrees."""
     metrics = list(table["metric"])

@@ -24,11 +24,10 @@ STUDY = Study(
     text="Each value of an option is compared with the paper's on the same cameras, one option at "
     "a time. Order: how often two trials at neighbouring levels come in the right order; 50 % is "
     "chance. Most lost: four of five cameras are outliers. Noise range: of the mean scores. "
-    "Cameras: how far the mean moves with their number. Seed noise: standard deviation over the "
-    "seeds of the registration.",
-    alt="A row for each value of each option, and six columns of effects: order of noise, of "
-    "outliers, of noise where most cameras are lost, range over noise, dependence on cameras, and "
-    "seed noise. The paper's values are filled dots.",
+    "Cameras: how far the mean moves with their number.",
+    alt="A row for each value of each option, and five columns of effects: order of noise, of "
+    "outliers, of noise where most cameras are lost, range over noise, and dependence on cameras. "
+    "The paper's values are filled dots.",
     plan=plan,
     answer=answer,
     position=20,

@@ -1,12 +1,12 @@
 """Axes: options of metrics, with the values that are compared on the same cameras."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 from experiments.command import ConfigError
-from experiments.config import combine, load_sweep, read_yaml, split_override
+from experiments.config import load_sweep, read_yaml, to_overrides
 from experiments.metrics import Column
 
 from ..study import naming, reject
@@ -26,7 +26,7 @@ class _Axis:
 @dataclass(frozen=True)
 class _File:
     axes: dict[str, _Axis]
-    trials: dict[str, dict[str, Any]]  # settings; with `seeds`, the number of registrations
+    trials: dict[str, dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,17 @@ class Axis:
     values: tuple[str, ...]
 
     @classmethod
-    def of(cls, name: str, entry: _Axis, values: Iterable[object]) -> Self:
+    def of(cls, name: str, entry: _Axis, values: object) -> Self:
         """Return an axis with its values in rising order; a wrong one is a `ConfigError`."""
+        if not isinstance(values, list):
+            raise ConfigError(f"setting {name!r} must be a list in brackets, for example [1, 2]")
         for value in values:
             with naming(f"setting {name!r}: "):
                 Column.parse(f"{entry.metric}({entry.option}={_write(value)})")
         paper = _write(entry.paper)
         ordered = sorted({*map(_write, values), paper}, key=float)
+        if len(ordered) < 2:
+            raise ConfigError(f"setting {name!r} needs another value than the paper's {paper}")
         return cls(name, entry.metric, entry.option, paper, tuple(ordered))
 
     @property
@@ -64,24 +68,17 @@ def axis_names() -> list[str]:
     return list(read_yaml(AXES, _File).axes)
 
 
-def plan(overrides: Sequence[str] = ()) -> dict[str, list[str]]:
-    """Return the settings of each table; overrides may have other values of axes."""
+def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the settings of each table; there may be other values of axes."""
     file = read_yaml(AXES, _File)
-    reject(overrides, FIXED, "the study decides it")
-    pairs = [(*split_override(override), override) for override in overrides]
-    chosen = {key: _list(key, value) for key, value, _ in pairs if key in file.axes}
-    others = [override for key, _, override in pairs if key not in file.axes]
-    axes = [Axis.of(name, one, chosen.get(name, one.values)) for name, one in file.axes.items()]
-    for axis in axes:
-        if len(axis.values) < 2:
-            problem = f"needs another value than the paper's {axis.paper}"
-            raise ConfigError(f"setting {axis.name!r} {problem}")
+    reject(settings, FIXED, "the study decides it")
+    others = {key: value for key, value in settings.items() if key not in file.axes}
+    axes = [Axis.of(name, one, settings.get(name, one.values)) for name, one in file.axes.items()]
     metrics = list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
     tables = {}
-    for name, settings in file.trials.items():
-        evaluated = _seeded(metrics, settings.pop("seeds", 0))
-        tables[name] = combine({**settings, "metrics": evaluated}, others)
-        load_sweep(tables[name])  # a wrong setting ends here
+    for name, own in file.trials.items():
+        tables[name] = {**own, "metrics": metrics, **others}
+        load_sweep(to_overrides(tables[name]))  # a wrong setting ends here
     return tables
 
 
@@ -93,26 +90,6 @@ def axes_of(metrics: Iterable[str]) -> list[Axis]:
         own = [c for c in columns if c.name == entry.metric and list(c.options) == [entry.option]]
         axes.append(Axis.of(name, entry, [column.options[entry.option] for column in own]))
     return axes
-
-
-def seeded(metric: str, seed: int) -> str:
-    """Return the column of a metric that is registered with another seed."""
-    return str(Column.parse(metric).with_option("seed", seed))
-
-
-def _seeded(metrics: Sequence[str], seeds: int) -> list[str]:
-    """Return metrics under each seed, if any, but for those whose registration is not random."""
-    if not seeds:
-        return list(metrics)
-    random = [m for m in metrics if "seed" in type(Column.parse(m).values).model_fields]
-    return [seeded(metric, seed) for seed in range(seeds) for metric in random]
-
-
-def _list(name: str, text: str) -> list[str]:
-    values = [value.strip() for value in text.strip("[]").split(",")]
-    if not (text.startswith("[") and text.endswith("]") and all(values)):
-        raise ConfigError(f"setting {name!r} must be a list in brackets, for example [1, 2]")
-    return values
 
 
 def _write(value: object) -> str:

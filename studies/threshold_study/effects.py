@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 
 from alignscores.arrays import Floats
+from alignscores.comparison.statistics import holm
 
-from ..order import Order, holm, in_order, sign
-from .axes import Axis, seeded
+from ..order import Order, in_order, sign
+from .axes import Axis
 
 RESAMPLES = 400  # of the trials
 
@@ -50,11 +51,6 @@ def camera_dependence(values: Floats, weights: Floats) -> Floats:
     return np.asarray(100 * moves / np.ptp(means, axis=(0, 1, 2)))
 
 
-def mean(values: Floats, weights: Floats) -> Floats:
-    """Return the mean."""
-    return np.asarray(_means(values, weights).mean(axis=(0, 1, 2)))
-
-
 def _means(values: Floats, weights: Floats) -> Floats:
     """Return the means of the trials of each cell (cameras, outliers, noise, B)."""
     return np.asarray(values @ weights.T / values.shape[-1])
@@ -76,7 +72,6 @@ EFFECTS: Mapping[str, Effect] = {
     "majority_order": Effect("Most lost, %", noise_order, part="majority"),
     "noise_range": Effect("Noise range", noise_range),
     "camera_dependence": Effect("Cameras, %", camera_dependence, False, "length"),
-    "seed_noise": Effect("Seed noise", mean, False, "seeds"),
 }
 """The effects by their columns in the table of the study; see `effects`."""
 
@@ -97,7 +92,6 @@ def effects(axes: Sequence[Axis], parts: Parts) -> pd.DataFrame:
           outlier counts
         - `camera_dependence`: how far the mean moves over the numbers of cameras, in per cent of
           the range of all means
-        - `seed_noise`: standard deviation over the seeds of the registration, the mean over scenes
 
         Each is followed, as `..._error`, by the standard error of its difference from the paper's
         value (bootstrap over the trials, which are paired), and as `..._p` by the p-value against
@@ -131,19 +125,9 @@ def _of_axis(axis: Axis, parts: Parts) -> pd.DataFrame:
 def _resampled(effect: Effect, trials: pd.DataFrame, metric: str) -> Floats:
     """Return an effect of all trials, and of each resample of them."""
     keys = ["n_cameras", "n_outliers", "sigma_t", "trial"]
-    values = trials[keys].assign(value=_values(trials, metric, effect)).sort_values(keys)
+    values = trials[keys].assign(value=sign(metric) * trials[metric]).sort_values(keys)
     shape = [values[key].nunique() for key in keys]
     n = shape[-1]
     drawn = np.random.default_rng(0).integers(n, size=(RESAMPLES, n))
     weights = np.concatenate([np.ones((1, n)), np.eye(n)[drawn].sum(axis=1)])
     return effect.statistic(values["value"].to_numpy().reshape(shape), weights)
-
-
-def _values(trials: pd.DataFrame, metric: str, effect: Effect) -> "pd.Series[float]":
-    """Return the values of a metric, larger is worse; of the seeds their standard deviation."""
-    if effect.part != "seeds":
-        return sign(metric) * trials[metric]
-    columns = [name for k in range(trials.shape[1]) if (name := seeded(metric, k)) in trials]
-    if not columns:  # nothing is random
-        return pd.Series(0.0, trials.index)
-    return trials[columns].std(axis=1, ddof=1)

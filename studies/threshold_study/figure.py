@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from alignscores.comparison.statistics import LEVEL
 from figures import style
 
-from ..order import SIGNIFICANCE
 from .effects import EFFECTS
 
 TITLES = {
@@ -24,12 +24,10 @@ TITLES = {
     "prescreen": "prescreening threshold",
     "order": "m as share of n",
 }
-INFINITE = {"n_thresholds": "exact area", "prescreen": "off"}
 ROW = 0.118  # inches
 DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
 
 
-@style.applied()
 def draw(table: pd.DataFrame) -> Figure:
     """Figure: what other thresholds do."""
     # The row of each value, with a line for a title above each axis.
@@ -59,7 +57,7 @@ def _column(axes: Axes, table: pd.DataFrame, effect: str) -> None:
         x, y = group.loc[paper, effect].iloc[0], row[group.index]
         axes.plot([x, x], [y.min() - 0.4, y.max() + 0.4], color="0.72", lw=0.6, marker="", zorder=1)
     n_tested = int(table[[f"{name}_p" for name in EFFECTS]].notna().to_numpy().sum())
-    reach = scipy.special.ndtri(1 - SIGNIFICANCE / 2 / max(n_tested, 1))
+    reach = scipy.special.ndtri(1 - LEVEL / 2 / max(n_tested, 1))
     errors = reach * table[f"{effect}_error"].fillna(0.0)
     bars: dict[str, Any] = {"fmt": "none", "ecolor": style.INK, "elinewidth": 0.6, "zorder": 2}
     axes.errorbar(table[effect], row, xerr=errors, **bars)
@@ -75,10 +73,7 @@ def _labels(axes: Axes, table: pd.DataFrame) -> None:
     first = table.drop_duplicates("axis")
     titles = [TITLES.get(option, option) for option in first["option"]]
     heads = [f"{metric}: {title}" for metric, title in zip(first["metric"], titles, strict=True)]
-    values = [
-        INFINITE.get(option, "∞") if value == "inf" else value
-        for option, value in zip(table["option"], table["value"], strict=True)
-    ]
+    values = table["value"].replace("inf", "off")  # of the prescreening
     axes.set_yticks([*(first["row"] - 1), *table["row"]], [*heads, *values])
     bold = [True] * len(heads) + list(table["paper"] == "yes")
     for index, text in enumerate(axes.get_yticklabels()):

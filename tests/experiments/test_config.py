@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from experiments.config import ConfigError, combine, load, load_sweep, read_yaml, to_overrides
+from experiments.config import ConfigError, load, load_sweep, read_yaml, to_overrides
 
 
 def test_the_outlier_experiment_has_the_values_of_the_paper():
@@ -58,19 +58,13 @@ def test_snakemake_settings_reach_hydra():
     # Snakemake reads lists as strings and an empty value as None.
     fine = "TAS(max_threshold=0.5, n_thresholds=10)"
     settings = {"trials": 5, "sigma_t": ["0.05", "0.1"], "volume_per_camera": None}
-    settings["tas"] = {"n_thresholds": "inf"}
+    settings["tas"] = {"prescreen": "inf"}
     sweep = load_sweep(
         ["experiment=outliers", *to_overrides(settings | {"metrics": ["ATE", fine]})]
     )
     assert (sweep.trials, sweep.sigma_t, sweep.volume_per_camera) == (5, [0.05, 0.1], None)
-    assert sweep.tas.n_thresholds == np.inf
+    assert sweep.tas.prescreen == np.inf
     assert sweep.metrics == ["ATE", fine]
-
-
-def test_overrides_win_over_a_study_and_a_study_over_the_experiment():
-    study = {"experiment": "outliers", "trials": 9, "n_cameras": [80]}
-    sweep = load_sweep(combine(study, ["trials=5"]))
-    assert (sweep.name, sweep.trials, sweep.n_cameras) == ("outliers", 5, [80])
 
 
 @pytest.mark.parametrize("text", [None, "[", "5", "- {}\n- []"])

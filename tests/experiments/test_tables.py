@@ -22,7 +22,7 @@ def test_trials_and_settings_come_back_bit_for_bit(tmp_path, small, trials):
 def test_a_table_of_several_sweeps_comes_back_bit_for_bit(tmp_path, small):
     path = tmp_path / "0.csv"
     part = replace(
-        small("trials=1", "tas.n_thresholds=inf"),
+        small("trials=1", "tas.prescreen=inf"),
         selections=[Selection(["ATE"], {"n_outliers": [3]})],
     )
     sweeps = part, replace(small("trials=1", "metrics=[RAS,ATE]"), changes="nan")

@@ -8,7 +8,7 @@ import pytest
 from experiments.config import load_sweep
 from experiments.sweep import run_sweeps
 from experiments.tables import Record, Trials
-from figures import histogram, maa_vs_pas, noise
+from figures import histogram, maa_vs_pas, noise, style
 
 FIGURES = {  # of the paper, each with the experiments whose trials it shows
     "histogram": ("combined",),
@@ -19,6 +19,13 @@ FIGURES = {  # of the paper, each with the experiments whose trials it shows
     "combined": ("combined",),
     "maa_vs_pas": ("maa_vs_pas_outliers", "maa_vs_pas_length", "maa_vs_pas_collinear"),
 }
+
+
+@pytest.fixture(autouse=True)
+def _style():
+    """Draw as ``python -m figures`` does."""
+    with style.applied():
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -16,9 +16,8 @@ ON_A_PAGE = {"rotations", "combined", "maa_vs_pas"}  # the others in a column
 def test_texts_are_legible_and_neither_clipped_nor_in_each_others_way(draw, name):
     figure = draw(name)
     assert figure.get_figwidth() == (style.PAGE if name in ON_A_PAGE else style.COLUMN)
-    with style.applied():
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
     boxes = [(text, text.get_window_extent(canvas.get_renderer())) for text in texts(figure)]
     assert len(boxes) > 10
     for text, box in boxes:

@@ -8,7 +8,7 @@ from experiments.tables import write_trials
 from figures import noise
 from figures.__main__ import main
 
-OUTLIERS, PATHS = "figures.noise:outliers", "studies.beyond.paths:draw"
+OUTLIERS = "figures.noise:outliers"
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,6 @@ def test_what_draws_nothing_and_other_tables_are_refused(table, tmp_path, capsys
         assert refused(capsys, tmp_path, name) == f"{name} draws no figure"
     found = refused(capsys, tmp_path, OUTLIERS, table, table)
     assert found == f"{OUTLIERS} is not drawn from 2 tables"
-    assert refused(capsys, tmp_path, PATHS, table) == f"{PATHS} is not drawn from 1 tables"
 
 
 def test_a_table_at_fault_is_named_in_one_line_with_the_remedy(table, tmp_path, capsys):

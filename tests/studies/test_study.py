@@ -16,4 +16,4 @@ def test_the_studies_have_the_order_of_the_report():
 def test_a_setting_that_does_not_suit_an_experiment_is_named_with_it():
     settings = r"experiment=collinear volume_per_camera=0\.1"
     with pytest.raises(ConfigError, match=rf"'volume_per_camera' applies to .* \({settings}\)$"):
-        paper.load_experiment(paper.plan(["volume_per_camera=0.1"])["collinear"])
+        paper.load_experiment(["experiment=collinear", "volume_per_camera=0.1"])

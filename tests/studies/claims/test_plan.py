@@ -31,7 +31,7 @@ def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more():
 
 
 def test_replicates_differ_in_their_number_alone():
-    tables = replicates(load_claims(3), ["trials=7"])
+    tables = replicates(load_claims(3), ["trials=7"], range(3))
     assert len(tables) == 3
     first, *_, last = tables
     assert {sweep.replicate for sweep in last} == {2}
@@ -51,7 +51,7 @@ def test_replicates_differ_in_their_number_alone():
 )
 def test_settings_that_leave_claims_undecided_are_refused(override, problem):
     with pytest.raises(ConfigError) as caught:
-        replicates(CLAIMS, [override])
+        replicates(CLAIMS, [override], [0])
     assert problem in str(caught.value)
     assert "\n" not in str(caught.value)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.config import load_sweep
+from experiments.config import load_sweep, to_overrides
 from experiments.tables import TableError
 from studies.head_to_head import plan
 from studies.head_to_head.orders import compare_orders, joined
@@ -63,9 +63,9 @@ def fraction(metric, cell, trial, _):
 
 
 def test_scores_of_the_same_trials_are_joined(make_up):
-    settings = ["trials=2", "n_outliers=[0,10]"]
-    half = load_sweep(plan(settings)["combined"])
-    sweep = load_sweep(["experiment=combined", *settings])
+    settings = {"trials": 2, "n_outliers": [0, 10]}
+    half = load_sweep(to_overrides(plan(settings)["combined"]))
+    sweep = load_sweep(["experiment=combined", *to_overrides(settings)])
     first, second = (make_up(each, value=fraction) for each in (sweep, half))
     both = joined([first, second])["combined"]
     assert both.sweep.metrics == [*sweep.metrics, *half.metrics]

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from experiments.config import load_sweep
+from experiments.config import load_sweep, to_overrides
 from studies.threshold_study.axes import axes_of, plan
 from studies.threshold_study.effects import effects
 
 GRID = {"n_outliers": [0, 3], "sigma_t": [0.02, 0.06], "sigma_r_deg": [2.0, 6.0], "trials": 30}
-VALUES = ["tas_max_threshold=[0.5]", "tas_n_thresholds=[inf]"]
+VALUES = {"tas_max_threshold": [0.5], "tas_n_thresholds": [5]}
 
 
 def falls(metric, cell, trial, rng):
@@ -22,7 +22,7 @@ def parts(make_up):
     """The trials of its parts."""
     cameras = {"length": [20, 30]}
     sweeps = {
-        name: replace(load_sweep(settings), n_cameras=cameras.get(name, [20]), **GRID)
+        name: replace(load_sweep(to_overrides(settings)), n_cameras=cameras.get(name, [20]), **GRID)
         for name, settings in plan(VALUES).items()
     }
     return {name: make_up(sweep, value=falls) for name, sweep in sweeps.items()}

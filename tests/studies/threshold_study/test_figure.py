@@ -15,8 +15,8 @@ def test_every_value_is_shown_and_named_and_the_papers_is_bold(axes, table):
         )
         for each in figure.axes
     ]
-    assert [own.sum() for own in shown] == [len(table), 0, *[len(table)] * 4]
+    assert [own.sum() for own in shown] == [len(table), 0, *[len(table)] * 3]
     labels = figure.axes[0].get_yticklabels()
     bold = [label.get_text() for label in labels if label.get_fontweight() == "bold"]
     assert bold[len(axes) :] == [axis.paper for axis in axes]
-    assert "exact area" in [label.get_text() for label in labels]
+    assert "off" in [label.get_text() for label in labels]
