@@ -212,7 +212,7 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
         for line, result in zip(_lines(len(scored)), results, strict=True):
             shares = result.cumulative_frequency / len(result.errors)
             axes.plot(result.thresholds, shares, clip_on=False, linewidth=1.3, **line)
-        axes.set(xlim=(0, None), ylim=(0, 1), ylabel="share of frames below")
+        axes.set(title=name, xlim=(0, None), ylim=(0, 1), ylabel="share of frames below")
     _add_legend(panels[0], scored)
 
 

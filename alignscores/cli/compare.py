@@ -202,7 +202,8 @@ def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings
             return find_benchmark(reference, estimate, settings, expect_all)
         case [file] if Path(file).suffix in (".yaml", ".yml"):
             return find_benchmark(file, None, settings, expect_all)
-    parser.error(f"give a format ({', '.join(FORMATS)}) and two patterns, or one YAML file")
+    forms = f"a format ({', '.join(FORMATS)}) and two patterns, or one YAML file"
+    parser.error(f"give {forms}; `alignscores REF EST EST` scores single files")
 
 
 def _outputs(arguments: argparse.Namespace) -> list[tuple[str, Path]]:

@@ -76,7 +76,7 @@ def conditions(scored: Sequence[Evaluation]) -> str:
     elif settings.form.timed:
         frames += " of the reference" if settings.rate == "all" else f" at {settings.rate:g} Hz"
     if settings.form.timed:
-        gaps = f"gaps up to {settings.max_gap:g} s covered"
+        gaps = f"gaps up to {settings.max_gap:g} s and standstill covered"
         frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
     if settings.missing == "ignore":
         frames += ", lost ones left out"

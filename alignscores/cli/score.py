@@ -50,8 +50,8 @@ examples:
 exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
 """
 EVERYDAY = {
-    *("t_max_diff", "t_offset", "invert", "alignment", "missing", "metrics", "json", "output"),
-    *("plot", "plot_mode", "save_plot", "save_page", "verbose", "version"),
+    *("t_max_diff", "t_offset", "rate", "max_gap", "invert", "alignment", "missing", "metrics"),
+    *("json", "output", "plot", "save_plot", "save_page", "save_results", "verbose", "version"),
 }
 METRICS = (
     "show these metrics instead of the scores, such as auc@30:vggt,rpe@1m; `alignscores metrics` "
@@ -198,7 +198,8 @@ def _require_extras(arguments: argparse.Namespace) -> None:
         if backend in registry.backend_registry.list_builtin(
             registry.BackendFilter.NON_INTERACTIVE
         ):
-            raise ValueError(f"--plot has no display to show anything on ({backend}); --save_plot")
+            reason = f"--plot has no display to show anything on ({backend})"
+            raise ValueError(f"{reason}; --save_plot FILE.png saves the figure")
 
 
 def _score_all(

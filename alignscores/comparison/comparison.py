@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..evaluation.evaluation import LOST, finite_or_none
-from ..evaluation.notes import chance_notes, collected_warnings, ends_notes, why
+from ..evaluation.notes import collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..parallel import run_parallel
@@ -105,7 +105,7 @@ class Comparison:
         --------
         >>> from alignscores import compare
         >>> compare("tests/data/tum/reference.txt", 2 * ["tests/data/tum/estimate.txt"]).verdict()
-        ['estimate.txt, estimate.txt (2): one run a sequence, not tested.']
+        ['estimate.txt, estimate.txt (2): one run on one sequence, too few to be tested.']
         """
         return verdict(self.summary, metric(by).name)
 
@@ -361,7 +361,6 @@ def _notes_of_sequences(runs: Sequence[tuple[Run, Outcome]]) -> list[tuple[str, 
         timed = [one for run, one in runs if run.sequence == sequence and len(one.stamps)]
         covered = [one.statuses != LOST for one in timed]
         of_all = ends_notes([one.stamps for one in timed], covered)
-        of_all += chance_notes([one.chance for one in timed])
         notes += [(sequence, str(note)) for note in of_all]
     return notes
 

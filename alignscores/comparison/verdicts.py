@@ -87,10 +87,12 @@ def _not_tested(
     reasons: dict[str, list[str]] = {}
     for system in order:
         entry = summary.entries[system, None]
-        reason = "one run a sequence" if entry.runs == len(entry.results) else "too few runs"
+        n, reason = len(entry.results), "too few runs"
+        if entry.runs == n:
+            reason = f"one run on {'one sequence' if n == 1 else f'each of {n} sequences'}, too few"
         if system not in systems:
             reasons.setdefault(reason, []).append(names[system])
-    return [f"{first_few(own)}: {reason}, not tested." for reason, own in reasons.items()]
+    return [f"{first_few(own)}: {reason} to be tested." for reason, own in reasons.items()]
 
 
 def _how_many(pair: Pair, n_tested: int, names: Mapping[str, str]) -> str:

@@ -19,7 +19,6 @@ from .evaluation import Evaluation, Note
 from .settings import Settings
 
 __all__ = [
-    "chance_notes",
     "collected_warnings",
     "ends_notes",
     "explain",
@@ -30,6 +29,7 @@ __all__ = [
 
 MUCH_LOST = 0.1  # share of the reference that is noted where it is not scored
 SOME = 0.1  # share of the frames that is a reason for a low score
+FEW = 20  # poses can fit by chance
 APART_DEG = 5.0  # angle between the two alignments that is noted
 
 
@@ -63,7 +63,7 @@ def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
     timed = evaluation.estimate.keys.dtype.kind == "f"
     kinds = [unmatched_images]
     if timed:
-        kinds = [unmatched_poses, left_out_frames, duplicates, few_poses, ignored_time]
+        kinds = [unmatched_poses, left_out_frames, duplicates, few_poses, ignored_time, chance]
     kinds += [lever_arm, indistinguishable]
     if check:
         kinds.append(clock)
@@ -119,10 +119,10 @@ def duplicates(evaluation: Evaluation) -> Note | None:
 
 
 def few_poses(evaluation: Evaluation) -> Note | None:
-    """Note that fewer than 20 poses can fit by chance."""
+    """Note that few poses can fit by chance."""
     n = evaluation.matches.n_poses
     text = f"only {n} of its poses are scored; few poses can fit by chance"
-    return Note("few", text) if n < 20 else None
+    return Note("few", text) if n < FEW else None
 
 
 def ignored_time(evaluation: Evaluation) -> Note | None:
@@ -131,6 +131,14 @@ def ignored_time(evaluation: Evaluation) -> Note | None:
         return None
     text = f"only {1 - evaluation.lost:.0%} of the time is scored, since the rest has no pose"
     return Note("ignored", text, "--missing fail counts it as failures")
+
+
+def chance(evaluation: Evaluation) -> Note | None:
+    """Note a TAS that is not far above the one of a camera that never moves."""
+    if evaluation.chance <= 0.05 or evaluation.tas >= 2 * evaluation.chance:
+        return None
+    text = f"a camera that never moves would have a TAS of {evaluation.chance:.2f}, since the "
+    return Note("chance", f"{text}reference stands still for much of the time, or has few frames")
 
 
 def indistinguishable(evaluation: Evaluation) -> Note | None:
@@ -198,9 +206,9 @@ def convention(evaluation: Evaluation) -> Note | None:
         text = "the rotations in the file seem to be world-to-camera, its positions not"
         frame = frame and f", and {frame}"
         return Note("inverted rotations", f"{text}{frame} ({gain})", "transpose them in the file")
-    if mistakes.quaternions_shifted:
+    if mistakes.quaternion_order:
         text = f"the quaternions seem to have w at the wrong end ({gain})"
-        columns = "name their order, as in --est_columns 't x y z qw qx qy qz'"
+        columns = f"name their order, as in --est_columns 't x y z {mistakes.quaternion_order}'"
         remedy = columns if settings.est_form.tables else "reorder them in the file"
         return Note("quaternions", text, remedy)
     if mistakes.mirrored:
@@ -219,6 +227,8 @@ def alignments_apart(evaluation: Evaluation) -> Note | None:
     has_position = np.isfinite(tas.errors)
     positions, errors = evaluation.matches.gt_poses[has_position, :3, 3], tas.errors[has_position]
     if apart <= APART_DEG or evaluation.median_angle > APART_DEG:
+        return None
+    if evaluation.matches.n_poses < FEW:
         return None
     if not _fix_rotation(positions, errors):
         return None
@@ -272,11 +282,9 @@ def _stretch(seconds: Floats, far: Booleans) -> str:
 
 
 def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
-    """Return the notes on a reference: time that no estimate covers, and its chance level."""
-    timed = [one for one in evaluations if one.matches.keys.dtype.kind == "f"]
-    matches = [one.matches for one in timed]
-    ends = ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
-    return [*ends, *chance_notes([one.chance for one in timed])]
+    """Return the notes on a reference: time at its ends that no estimate covers."""
+    matches = [one.matches for one in evaluations if one.matches.keys.dtype.kind == "f"]
+    return ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
 
 
 def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[Note]:
@@ -297,23 +305,10 @@ def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[
         Note(
             "ends",
             f"no estimate covers the {which} {seconds:.1f} s of the reference",
-            f"{option} leaves them out",
+            f"they count as lost; if no system was run there, {option} leaves them out",
         )
         for which, seconds, option in ends
         if seconds > 1
-    ]
-
-
-def chance_notes(chances: Sequence[float]) -> list[Note]:
-    """Note the chance level of a reference that stands still for much of the time."""
-    if max(chances, default=0.0) <= 0.05:
-        return []
-    return [
-        Note(
-            "chance",
-            f"a camera that never moves would have a TAS of {max(chances):.2f}: the reference "
-            "stands still for much of the time, or has few frames",
-        )
     ]
 
 

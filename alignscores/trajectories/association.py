@@ -16,7 +16,7 @@ from ..arrays import Booleans, Floats, Indices
 from ..translation import closest_pair_quartile
 from ..validation import finite_rows
 from .files import Trajectory, TrajectoryWarning
-from .files.stamps import TIME_UNITS, time_unit
+from .files.stamps import time_unit
 from .timeline import covered_frames, nearest_stamps, reference_at, reference_gap, sampled_rows
 
 __all__ = [
@@ -34,7 +34,6 @@ __all__ = [
 MISSING = ("fail", "ignore")
 SYNCS = ("interpolate", "nearest")
 KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
-EARLIEST_DATE = 1e8  # seconds; stamps since 1970 are later, those since a start earlier
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,8 +228,8 @@ def _by_key(reference: Trajectory, estimate: Trajectory, unit: float | None) -> 
         kinds = reference.keys.dtype.kind, estimate.keys.dtype.kind
     if kinds[0] != kinds[1]:
         raise ValueError(
-            "the two trajectories are not of the same format: the keys of the reference are "
-            f"{KEY_KINDS[kinds[0]]}, the keys of the estimate {KEY_KINDS[kinds[1]]}"
+            f"the reference has {KEY_KINDS[kinds[0]]}, the estimate {KEY_KINDS[kinds[1]]}: write "
+            "a column of the same kind into both (--columns names it)"
         )
     ref_rows = _first_rows(reference.keys, "reference")
     est_rows = _first_rows(estimate.keys, "estimate")
@@ -319,21 +318,10 @@ def _unique_pairs(ref_keys: Sequence[Any], est_keys: Sequence[Any]) -> list[tupl
 
 
 def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -> str:
-    """Return the end of a message, which says whose stamps are not in seconds, if any are not.
-
-    It shows in the stamps, or in how long both last.
-    """
-    stamps = {"reference": ref_stamps, whose: est_stamps}
-    units = {name: time_unit(values) for name, values in stamps.items()}
-    if "seconds" not in units.values():
-        return f"; both seem to be in {units[whose]}: write them in seconds"
-    durations = {name: float(np.ptp(values)) for name, values in stamps.items()}
-    for name, other in (("reference", whose), (whose, "reference")):
-        for unit, factor in TIME_UNITS.items():
-            as_long = factor * durations[other]
-            same = 0.5 * as_long < durations[name] < 2 * as_long
-            if unit != "seconds" and (unit == units[name] or same):
-                return f"; the stamps of the {name} seem to be in {unit}: write them in seconds"
+    """Return the end of a message, which says whose stamps are not in seconds, if any are not."""
+    for name, stamps in (("reference", ref_stamps), (whose, est_stamps)):
+        if (unit := time_unit(stamps)) != "seconds":
+            return f"; the stamps of the {name} seem to be in {unit}: write them in seconds"
     return ""
 
 
@@ -347,19 +335,12 @@ def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, timing: Timing) -
 
 
 def _stamps_hint(ref_stamps: Floats, est_stamps: Floats) -> str:
-    """Return the end of a message: why stamps have nothing in common, if it is known."""
+    """Return the end of a message: what to do about stamps that have nothing in common."""
     if hint := unit_hint(ref_stamps, est_stamps):
         return hint
-    stamps = {"reference": ref_stamps, "estimate": est_stamps}
-    for whose, other in (("reference", "estimate"), ("estimate", "reference")):
-        if abs(stamps[whose][-1]) < EARLIEST_DATE < stamps[other][0]:
-            return (
-                f"; the stamps of the {whose} seem to count from its start: --t_offset auto finds "
-                "the offset"
-            )
     inside = est_stamps[(est_stamps >= ref_stamps[0]) & (est_stamps <= ref_stamps[-1])]
     if not len(inside):
-        return ""
+        return "; if their clocks differ, --t_offset auto finds the offset"
     distance = float(np.median(nearest_stamps(ref_stamps, inside)[1]))
     return (
         f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves the "

@@ -35,10 +35,10 @@ NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
 STEPS = 5  # in which B and Q are refined in turn
 CLEARLY = 0.02  # in RAS, by which a less likely convention must be better
-SHIFTED_QUATERNIONS = (  # B where w first is read as w last, and the other way round
-    np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
-    np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
-)
+SHIFTED_QUATERNIONS = {  # the true order, and B where it is read with w at the other end
+    "qw qx qy qz": np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+    "qx qy qz qw": np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
+}
 BODY, CAMERA = "x forward, y left, z up", "x right, y down, z forward"
 OF_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 COMMON = {  # swaps of axes that have a use: B, and its name
@@ -59,8 +59,9 @@ class Convention:
         Whether the estimated poses are world-to-camera.
     rotations_inverted : bool
         Whether the rotations alone are world-to-camera, and the positions are camera centres.
-    quaternions_shifted : bool
-        Whether w is at the wrong end of the quaternions.
+    quaternion_order : str
+        "qw qx qy qz" or "qx qy qz qw" where quaternions of this order were read with w at the wrong
+        end, otherwise empty.
     body_rotation : (3, 3) ndarray or None
         The estimate's camera axes (columns) in the reference's camera frame; None where it is the
         same frame, or no other one explains the estimate.
@@ -78,7 +79,7 @@ class Convention:
 
     inverted: bool = False
     rotations_inverted: bool = False
-    quaternions_shifted: bool = False
+    quaternion_order: str = ""
     body_rotation: Floats | None = None
     mirrored: bool = False
     ras: float = 0.0
@@ -89,7 +90,7 @@ class Convention:
         texts = {
             "the estimated poses are world-to-camera": self.inverted,
             "the estimated rotations are world-to-camera": self.rotations_inverted,
-            "the quaternions have w at the wrong end": self.quaternions_shifted,
+            "the quaternions have w at the wrong end": self.quaternion_order,
             f"the camera frame is rotated: {frame}": frame,
             "the estimated positions are mirrored": self.mirrored,
         }
@@ -193,12 +194,13 @@ def _of_rotations(gt: Floats, est: Floats, quaternions: bool) -> Convention:
         ]
     if quaternions and not inverted:
         likeliest += [
-            Convention(quaternions_shifted=True, body_rotation=b) for b in SHIFTED_QUATERNIONS
+            Convention(quaternion_order=order, body_rotation=axes)
+            for order, axes in SHIFTED_QUATERNIONS.items()
         ]
     free = Convention(inverted=inverted, body_rotation=_fitted_frame(true, estimated))
     best = nothing
     for candidate in (*likeliest, free):
-        transposed = candidate.rotations_inverted or candidate.quaternions_shifted
+        transposed = candidate.rotations_inverted or bool(candidate.quaternion_order)
         rotations = estimated.swapaxes(1, 2) if transposed else estimated
         assert candidate.body_rotation is not None
         fit = _approximate_ras(true, rotations @ candidate.body_rotation.T)
@@ -206,9 +208,9 @@ def _of_rotations(gt: Floats, est: Floats, quaternions: bool) -> Convention:
             best = replace(candidate, ras=ras, corrected_ras=fit)
     if best.corrected_ras < needed or best.body_rotation is None:
         return nothing
-    if best.quaternions_shifted or rotation_angles(best.body_rotation[None])[0] <= NEAR_DEG:
+    if best.quaternion_order or rotation_angles(best.body_rotation[None])[0] <= NEAR_DEG:
         best = replace(best, body_rotation=None)
-    mistaken = best.inverted or best.rotations_inverted or best.quaternions_shifted
+    mistaken = best.inverted or best.rotations_inverted or best.quaternion_order
     return best if mistaken or best.body_rotation is not None else nothing
 
 

@@ -92,7 +92,7 @@ def test_a_command_that_ignores_interruptions_is_not_interrupted(start):
     with start(ignoring + PLACED + COMMAND, "after_in_parent", 1, *ARGUMENTS) as process:
         out, _ = process.communicate(timeout=60)
     assert process.returncode == 0
-    assert out.startswith("a, b: one run a sequence, not tested.\n\nsystem ")
+    assert out.startswith("a, b: one run on one sequence, too few to be tested.\n\nsystem ")
 
 
 @pytest.mark.parametrize(("place", "number"), PLACES[-2:])

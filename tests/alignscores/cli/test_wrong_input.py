@@ -85,8 +85,8 @@ CASES = {  # "format file what": its edit, the message
         f"{form} {whose} in s from a start": (clock(1.7e9), message)
         for form in ("tum", "euroc")
         for whose, message in (
-            ("reference", "the reference seem to count from its start: --t_offset auto finds"),
-            ("estimate", "the estimate seem to count from its start: --t_offset auto finds the"),
+            ("reference", "; if their clocks differ, --t_offset auto finds the offset"),
+            ("estimate", "; if their clocks differ, --t_offset auto finds the offset"),
             ("frames", r"no expected frame has a reference pose: the frames go from 0.0\d* to 3.9"),
         )
     },
@@ -104,7 +104,10 @@ CASES = {  # "format file what": its edit, the message
         line(3, "1 2 3"),
         "bad, line 3: has 3 columns, the first row 8",
     ),
-    "tum estimate is kitti": (always("1 0 0 0 0 1 0 0 0 0 1 0"), "not of the same format"),
+    "tum estimate is kitti": (
+        always("1 0 0 0 0 1 0 0 0 0 1 0"),
+        "write a column of the same kind into both",
+    ),
     "kitti estimate is tum": (always("0 1 2 3 0 0 0 1"), "has time stamps, .* give tum instead"),
     "tum estimate a word": (field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
     "tum estimate another header": (

@@ -65,7 +65,7 @@ def test_where_none_is_ahead_the_number_of_runs_is_told():
     assert text.endswith("in four of five cases takes more than 50 runs each.")
     few = said({"a": on(1, GOOD[:3]), "b": on(1, BAD[:3])})
     assert few == (
-        "a, b: too few runs, not tested. a and b, 3 runs each: to find a difference like this in "
+        "a, b: too few runs to be tested. a and b, 3 runs each: to find a difference like this in "
         "four of five cases takes 4 runs each."
     )
 
@@ -74,7 +74,10 @@ def test_single_runs_silence_nobody():
     """Nor do they stand among the ranks; what is said of others stays the same."""
     pair = {"a": on(4, GOOD), "b": on(4, BAD)}
     alone = {"c": on(4, [0.9]), "d": on(4, [0.1])}
-    assert said(pair | alone) == f"{said(pair)} c, d: one run a sequence, not tested."
+    assert (
+        said(pair | alone)
+        == f"{said(pair)} c, d: one run on each of 4 sequences, too few to be tested."
+    )
     assert ranks(pair | alone) == {"a": (1, 1), "b": (2, 2), "c": None, "d": None}
 
 
@@ -83,7 +86,7 @@ def test_single_runs_are_compared_on_six_sequences():
     assert said(six).startswith("a is ahead of b: it wins 100 % of the run pairs on 6 sequences (")
     assert "On sequences like these, a is ahead (p = 0.031)." in said(six)
     five = {name: {s: own[s] for s in list(own)[:5]} for name, own in six.items()}
-    assert said(five) == "a, b: one run a sequence, not tested."
+    assert said(five) == "a, b: one run on each of 5 sequences, too few to be tested."
 
 
 def test_what_holds_on_these_sequences_may_not_hold_on_others():
@@ -202,6 +205,6 @@ def test_on_a_full_disk_the_table_is_printed(patterns, run, tmp_path, option):
 def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path):
     shutil.rmtree(tmp_path / "car/c")
     out = run(*patterns)[1]
-    assert out.startswith("a_b, c: too few runs, not tested.")
+    assert out.startswith("a_b, c: too few runs to be tested.")
     assert re.search(r"^c .* 1/2 ", out, flags=re.M)
     assert re.search(r"^c +not tried ", out, flags=re.M)

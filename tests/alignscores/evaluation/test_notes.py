@@ -122,11 +122,12 @@ def test_ends_that_no_estimate_covers_are_noted(run, tmp_path):
     late, early = without(lambda times: times < 5), without(lambda times: times > 30)
     (note,) = notes(TRUTH, late)
     assert note == (
-        "no estimate covers the first 4.0 s of the reference; --t_start 4.000 leaves them out"
+        "no estimate covers the first 4.0 s of the reference; they count as lost; if no system was "
+        "run there, --t_start 4.000 leaves them out"
     )
     assert evaluate(TRUTH, late, t_start=4.0).pas == 1
     (note,) = notes(TRUTH, early)
-    assert note.startswith("no estimate covers the last 8.9 s of the reference; --t_end 31.000")
+    assert note.startswith("no estimate covers the last 8.9 s of the reference; they count as")
     for name, trajectory in (("gt", TRUTH), ("late", late), ("early", early)):
         write_poses["tum"](tmp_path / name, *trajectory)
     both = run("tum", tmp_path / "gt", tmp_path / "late", tmp_path / "early")[2]
@@ -141,12 +142,17 @@ def test_the_score_of_a_camera_that_never_moves(stands):
     if stands:
         poses[100:300, :3, 3] = poses[100, :3, 3]
     reference = Trajectory(TRUTH.keys, poses)
-    found = evaluate(reference, reference)
-    chance = found.to_dict()["chance"]
+    fine, standing = evaluate(reference, reference), poses.copy()
+    standing[:, :3, 3] = np.random.default_rng(0).normal(scale=1e-6, size=(len(poses), 3))
+    standing[100:300, :3, 3] += poses[100, :3, 3]
+    bad = evaluate(reference, Trajectory(TRUTH.keys, standing), alignment="rigid")
+    chance = fine.to_dict()["chance"]
     assert (chance > 0.4) == stands
-    assert [note.kind for note in found.notes] == ["chance"] * stands
+    assert fine.notes == []
+    noted = [note.text for note in bad.notes if note.kind == "chance"]
+    assert len(noted) == stands
     if stands:
-        assert f"never moves would have a TAS of {chance:.2f}" in found.notes[0].text
+        assert f"never moves would have a TAS of {chance:.2f}" in noted[0]
 
 
 def test_quaternions_with_w_at_the_wrong_end(run, score, lines, write):
@@ -158,6 +164,15 @@ def test_quaternions_with_w_at_the_wrong_end(run, score, lines, write):
     columns = "t x y z qw qx qy qz"
     assert f"; name their order, as in --est_columns '{columns}'\n" in err
     (mended,), (honest,) = score(*files, "--est_columns", columns), score(*TUM)
+    assert mended["RAS"] == honest["RAS"]
+
+
+def test_a_table_with_commas_and_w_last_is_no_euroc(run, score, lines, write):
+    """Without a header it is read as EuRoC's, and the note has the true order."""
+    path = write([line.replace(" ", ",") for line in lines], "est.csv")
+    columns = "t x y z qx qy qz qw"
+    assert f"; name their order, as in --est_columns '{columns}'\n" in run(TUM[1], path)[2]
+    (mended,), (honest,) = score(TUM[1], path, "--est_columns", columns), score(*TUM)
     assert mended["RAS"] == honest["RAS"]
 
 

@@ -138,13 +138,9 @@ SECONDS = DATE + np.arange(10)
     [
         (SECONDS * 1e9, SECONDS, "stamps of the reference seem to be in nanoseconds: write"),
         (SECONDS, SECONDS * 1e3, "stamps of the estimate seem to be in milliseconds: write"),
-        (SECONDS * 1e9, SECONDS * 1e9 + 1e6, "; both seem to be in nanoseconds: write them in sec"),
-        # Of stamps since a start the durations tell, which are alike up to a factor of two.
-        (SECONDS - DATE, 2e5 + np.arange(10) * 1e3, "stamps of the estimate seem to be in mil"),
-        (SECONDS, SECONDS - DATE + 5, "stamps of the estimate seem to count from its start: -"),
-        (SECONDS - DATE, SECONDS, "stamps of the reference seem to count from its start: --t_off"),
+        (SECONDS, SECONDS - DATE + 5, "; if their clocks differ, --t_offset auto finds the offset"),
+        (SECONDS, SECONDS[:3] - 9, "; if their clocks differ, --t_offset auto"),
         (SECONDS, SECONDS + 0.25, "; the nearest ones are usually 0.2500 s apart: --t_off"),
-        (SECONDS, SECONDS + 1e6, "(t_max_diff 0.01 s)"),
     ],
 )
 def test_why_stamps_have_nothing_in_common(reference, estimate, hint):

@@ -63,7 +63,7 @@ def rotation(axis, degrees):
 
 def mistakes(found):
     """Return the names of the mistakes but for a rotated camera frame."""
-    kinds = "inverted", "rotations_inverted", "quaternions_shifted", "mirrored"
+    kinds = "inverted", "rotations_inverted", "quaternion_order", "mirrored"
     return [kind for kind in kinds if getattr(found, kind)]
 
 
@@ -116,7 +116,7 @@ def test_quaternions_with_w_at_the_wrong_end(kind, order):
     est = estimate(gt, rng)
     quaternions = Rotation.from_matrix(est[:, :3, :3]).as_quat()
     est[:, :3, :3] = Rotation.from_quat(quaternions[:, order]).as_matrix()
-    assert mistakes(check_conventions(gt, est)) == ["quaternions_shifted"]
+    assert mistakes(check_conventions(gt, est)) == ["quaternion_order"]
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "wandering"])
