@@ -2,16 +2,19 @@
 
 import argparse
 import ctypes
+import os
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from timeit import Timer
 
 import numpy as np
+import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from alignscores import ras, ras_batch, tas, tas_batch
@@ -24,6 +27,8 @@ SIZES = 10, 100, 1000, 10_000
 SHORTEST = 0.02  # seconds; what is quicker is called several times a turn
 SIGMA_T = 0.03
 N_HYPOTHESES = 1000
+RUNS = 3  # of each of two versions
+ROOT = Path(__file__).parents[1]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,7 +37,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--largest", type=int, default=SIZES[-1], help="cameras (10000)")
     parser.add_argument("--scenes", type=int, default=1000, help="scenes of a batch (1000)")
     parser.add_argument("--turns", type=int, default=10, help="turns; the least counts (10)")
+    beside = "checkout of another version, installed there, whose times stand in brackets"
+    parser.add_argument("--beside", metavar="FOLDER", type=Path, help=beside)
     options = parser.parse_args(arguments)
+    if options.beside:
+        return compare(options)
     columns = {f"{n:,}": draw(1, n) for n in SIZES if n <= options.largest}
     columns[f"{options.scenes:,} x 20"] = draw(options.scenes, 20)
     try:
@@ -44,6 +53,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print("milliseconds", *columns, sep=" | ")
     for name in times[0]:
         print(name, *(f"{1000 * column[name]:.3g}" for column in times), sep=" | ")
+    return 0
+
+
+def compare(options: argparse.Namespace) -> int:
+    """Print the medians of runs of two versions in turns, the other one's in brackets."""
+    sizes = [f"--{name}={vars(options)[name]}" for name in ("largest", "scenes", "turns")]
+    command = [sys.executable, "-P", __file__, *sizes]
+    runs: list[list[pd.DataFrame]] = [[], []]
+    for _ in range(RUNS):
+        for folder, own in zip((ROOT, options.beside), runs, strict=True):
+            variables = {**os.environ, "PYTHONPATH": str(folder.resolve())}
+            process = subprocess.run(command, env=variables, check=True, stdout=subprocess.PIPE)
+            own.append(pd.read_csv(BytesIO(process.stdout), sep=r" \| ", engine="python"))
+    ours, other = (pd.concat(own).groupby("milliseconds", sort=False).median() for own in runs)
+    print("milliseconds", *ours, sep=" | ")
+    for name in ours.index:
+        pairs = zip(ours.loc[name].tolist(), other.loc[name].tolist(), strict=True)
+        print(name, *(f"{time:.3g} ({others:.3g})" for time, others in pairs), sep=" | ")
     return 0
 
 

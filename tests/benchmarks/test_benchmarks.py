@@ -1,5 +1,7 @@
 """The benchmarks run."""
 
+from pathlib import Path
+
 from benchmarks.__main__ import main
 
 
@@ -9,3 +11,12 @@ def test_every_contender_has_a_time_in_every_column(capsys):
     assert head == ["milliseconds", "10", "2 x 20"]
     assert {"TAS", "RAS", "pycolmap, robust", "C loop"} < {name for name, *_ in rows}
     assert all(float(time) > 0 for _, *times in rows for time in times)
+
+
+def test_another_version_stands_beside_in_brackets(capsys):
+    folder = Path(__file__).parents[2]  # the same one
+    assert main(["--largest=10", "--scenes=2", "--turns=1", f"--beside={folder}"]) == 0
+    head, first, *_ = capsys.readouterr().out.splitlines()
+    assert head == "milliseconds | 10 | 2 x 20"
+    times = [cell.strip("()").split(" (") for cell in first.split(" | ")[1:]]
+    assert all(float(time) > 0 for pair in times for time in pair)
