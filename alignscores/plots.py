@@ -169,9 +169,10 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     for line, evaluation in zip(_lines(len(scored)), scored, strict=True):
         points = over_expected(evaluation, evaluation.positions, np.nan)
         turned = over_expected(evaluation, _aligned_angles(evaluation), np.nan)
+        own = _own_times(evaluation)
         for k in range(3):
-            _draw_line(panels[k, 0], evaluation, points[:, k], line)
-            _draw_line(panels[k, 1], evaluation, turned[:, k], line, jump=180)
+            _draw_line(panels[k, 0], evaluation, points[:, k], line, times=own)
+            _draw_line(panels[k, 1], evaluation, turned[:, k], line, times=own, jump=180)
     panels[0, 0].set_title("positions over time; grey: reference")
     panels[0, 1].set_title("angles over time; grey: reference")
     for axes in panels[2]:
@@ -259,6 +260,15 @@ def _times(evaluation: Evaluation) -> NDArray[Any]:
     return keys[rows] - keys[0] if keys.dtype.kind == "f" else rows
 
 
+def _own_times(evaluation: Evaluation) -> NDArray[Any]:
+    """Return the times of the poses that the expected frames take, NaN where they are lost."""
+    keys, rows = evaluation.estimate.keys, evaluation.matches.est_rows
+    if keys.dtype.kind != "f":
+        return _times(evaluation)
+    own = np.where(rows < 0, np.nan, keys[rows] - evaluation.reference.keys[0])
+    return over_expected(evaluation, own, np.nan)
+
+
 def _time_label(evaluation: Evaluation) -> str:
     if evaluation.reference.keys.dtype.kind == "f":
         return "time [s]"
@@ -271,13 +281,15 @@ def _draw_line(
     values: Floats,
     line: dict[str, Any],
     *,
+    times: NDArray[Any] | None = None,
     jump: float = np.inf,
 ) -> None:
     """Draw values over time, with a break at gaps and jumps; of images as dots."""
-    times = _times(evaluation)
+    expected = _times(evaluation)
+    times = expected if times is None else times
     jumps = np.flatnonzero(np.abs(np.diff(values)) > jump) + 1
     points = np.column_stack([times.astype(float), values])
-    ends = np.union1d(breaks(times), jumps)
+    ends = np.union1d(breaks(expected), jumps)
     _draw_path(axes, evaluation, np.insert(points, ends, np.nan, axis=0), line)
 
 

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from alignscores import evaluate
+from alignscores import Trajectory, evaluate
 from alignscores.histogram import AlignmentScore
 from alignscores.plots import KINDS, MODES, figure_of, score_panel
+from alignscores.trajectories.files import read_tum
 
 from .conftest import FILES
 
@@ -58,6 +59,17 @@ def test_poses_over_time_lie_on_the_reference_where_the_errors_are_small(evaluat
         reference, estimate = (line.get_ydata() for line in panels[f"{axis} [m]"].get_lines()[:2])
         assert np.all(np.abs(reference - estimate)[close] <= tas.errors[close] + 1e-9)
         np.testing.assert_array_equal(estimate, evaluation.positions[:, k])
+
+
+def test_poses_over_time_stand_at_their_own_times(examples):
+    """Each covers a second on either side, which is no stair."""
+    reference = read_tum(examples / FILES["tum"][1])
+    keyframes = Trajectory(reference.keys[3::9], reference.poses[3::9])
+    _, line = axes_of(evaluate(reference, keyframes).plot("time"))["x [m]"].get_lines()[:2]
+    times, values = line.get_data()
+    drawn = dict(zip(times.round(6), values, strict=True))
+    assert list(drawn) == (keyframes.keys - reference.keys[0]).round(6).tolist()
+    np.testing.assert_allclose(list(drawn.values()), keyframes.poses[:, 0, 3], atol=1e-6)
 
 
 @pytest.mark.parametrize("mode", [None, *MODES])
