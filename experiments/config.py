@@ -68,7 +68,7 @@ def _metric(name: str) -> str:
 
 
 MetricName = Annotated[str, AfterValidator(_metric)]
-Noise = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Noise = Annotated[float, Field(ge=0, le=MOST, allow_inf_nan=False)]
 Levels = Annotated[list[Noise], Field(min_length=1), AfterValidator(_distinct)]
 Metrics = Annotated[list[MetricName], Field(min_length=1), AfterValidator(_distinct)]
 Cameras = Annotated[int, Field(ge=4, le=MOST)]  # with fewer the TAS is undefined

@@ -51,7 +51,7 @@ __all__ = ["METRICS", "MOST", "Batch", "Column", "MetricOptions", "Options"]
 __all__ += ["Positive", "TrialMetric", "evaluate", "evaluate_scenes"]
 
 
-MOST = 10**6  # thresholds, hypotheses, cameras, or trials of a cell
+MOST = 10**6  # thresholds, hypotheses, cameras, trials of a cell; noise
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Whole = Annotated[int, Field(gt=0, le=MOST)]

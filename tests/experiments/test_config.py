@@ -32,6 +32,7 @@ def test_the_outlier_experiment_has_the_values_of_the_paper():
         ("sigma_t=[]", "'sigma_t': needs 1 or more entries, not []"),
         ("sigma_t=[0.1", "cannot read experiment=outliers sigma_t=[0.1: "),
         ("sigma_t=[nan]", "'sigma_t': should be a finite number, not nan"),
+        ("sigma_t=[1e200]", "'sigma_t': should be less than or equal to 1000000, not 1e+200"),
         ("sigma_t=[0.1,0.1]", "'sigma_t': has a value twice: [0.1, 0.1]"),
         ("n_cameras=9,10", "n_cameras=9,10"),
         ("n_outliers=[101]", "'n_outliers' has 101, more than the 100 cameras"),
