@@ -169,10 +169,10 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     for line, evaluation in zip(_lines(len(scored)), scored, strict=True):
         points = over_expected(evaluation, evaluation.positions, np.nan)
         turned = over_expected(evaluation, _aligned_angles(evaluation), np.nan)
-        own = _own_times(evaluation)
+        times = _pose_times(evaluation)
         for k in range(3):
-            _draw_line(panels[k, 0], evaluation, points[:, k], line, times=own)
-            _draw_line(panels[k, 1], evaluation, turned[:, k], line, times=own, jump=180)
+            _draw_line(panels[k, 0], evaluation, points[:, k], line, times=times)
+            _draw_line(panels[k, 1], evaluation, turned[:, k], line, times=times, jump=180)
     panels[0, 0].set_title("positions over time; grey: reference")
     panels[0, 1].set_title("angles over time; grey: reference")
     for axes in panels[2]:
@@ -260,13 +260,13 @@ def _times(evaluation: Evaluation) -> NDArray[Any]:
     return keys[rows] - keys[0] if keys.dtype.kind == "f" else rows
 
 
-def _own_times(evaluation: Evaluation) -> NDArray[Any]:
+def _pose_times(evaluation: Evaluation) -> NDArray[Any]:
     """Return the times of the poses that the expected frames take, NaN where they are lost."""
     keys, rows = evaluation.estimate.keys, evaluation.matches.est_rows
     if keys.dtype.kind != "f":
         return _times(evaluation)
-    own = np.where(rows < 0, np.nan, keys[rows] - evaluation.reference.keys[0])
-    return over_expected(evaluation, own, np.nan)
+    times = np.where(rows < 0, np.nan, keys[rows] - evaluation.reference.keys[0])
+    return over_expected(evaluation, times, np.nan)
 
 
 def _time_label(evaluation: Evaluation) -> str:

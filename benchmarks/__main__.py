@@ -37,10 +37,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--largest", type=int, default=SIZES[-1], help="cameras (10000)")
     parser.add_argument("--scenes", type=int, default=1000, help="scenes of a batch (1000)")
     parser.add_argument("--turns", type=int, default=10, help="turns; the least counts (10)")
-    beside = "checkout of another version, installed there, whose times stand in brackets"
-    parser.add_argument("--beside", metavar="FOLDER", type=Path, help=beside)
+    against = "checkout of another version, compiled there; its times stand in brackets"
+    parser.add_argument("--against", metavar="FOLDER", type=Path, help=against)
     options = parser.parse_args(arguments)
-    if options.beside:
+    if options.against and not (options.against / "alignscores/__init__.py").is_file():
+        parser.error(f"argument --against: {options.against} is no checkout of alignscores")
+    if options.against:
         return compare(options)
     columns = {f"{n:,}": draw(1, n) for n in SIZES if n <= options.largest}
     columns[f"{options.scenes:,} x 20"] = draw(options.scenes, 20)
@@ -62,11 +64,13 @@ def compare(options: argparse.Namespace) -> int:
     command = [sys.executable, "-P", __file__, *sizes]
     runs: list[list[pd.DataFrame]] = [[], []]
     for _ in range(RUNS):
-        for folder, own in zip((ROOT, options.beside), runs, strict=True):
+        for folder, tables in zip((ROOT, options.against), runs, strict=True):
             variables = {**os.environ, "PYTHONPATH": str(folder.resolve())}
-            process = subprocess.run(command, env=variables, check=True, stdout=subprocess.PIPE)
-            own.append(pd.read_csv(BytesIO(process.stdout), sep=r" \| ", engine="python"))
-    ours, other = (pd.concat(own).groupby("milliseconds", sort=False).median() for own in runs)
+            process = subprocess.run(command, env=variables, check=False, stdout=subprocess.PIPE)
+            if process.returncode:  # it has printed why
+                return process.returncode
+            tables.append(pd.read_csv(BytesIO(process.stdout), sep=r" \| ", engine="python"))
+    ours, other = (pd.concat(one).groupby("milliseconds", sort=False).median() for one in runs)
     print("milliseconds", *ours, sep=" | ")
     for name in ours.index:
         pairs = zip(ours.loc[name].tolist(), other.loc[name].tolist(), strict=True)

@@ -177,7 +177,7 @@ def run_python_program(command):
             load([re.sub(r"=([^[,]+),.*", r"=\1", override) for override in overrides])
         case ["-m", "experiments.run", *overrides]:
             load(overrides)
-        case ["-m", "benchmarks", "--beside", _]:
+        case ["-m", "benchmarks", "--against", _]:
             pass  # runs in its own test
         case ["-m", module] | ["-m", "experiments.check" as module, _]:
             assert list(ROOT.glob(f"{module.replace('.', '/')}.py")) or (ROOT / module).is_dir()

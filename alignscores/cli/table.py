@@ -17,14 +17,14 @@ ALWAYS = (0, 1, 2, 8)  # columns that no terminal is too narrow for
 LONGEST = 28  # characters of a name
 LEGEND = """\
 TAS, RAS, PAS  scores of positions, of rotations, and their mean, from 0 to 1; lost frames score 0
-half           what the largest threshold would have to be for a TAS, or RAS, of one half: about
-               twice the median error; it may be above d. -: no threshold reaches one half
+half           largest threshold at which the TAS, or the RAS, would be one half: about twice the
+               median error, and possibly above d; - if the score never reaches it
 median         error of the tracked frames, under the same alignment as the scores
 ATE            RMSE of the positions after the least-squares alignment, as evo's
 tracked        share of the expected frames, or images, covered by a pose
-d              largest threshold of the TAS: for three quarters of the expected frames another one
-               is nearer; for the RAS it is {degrees:g} degrees
-refined        the alignment with the best TAS; pcr99: the paper's, the best of 1000 random ones"""
+d              largest threshold of the TAS: the upper quartile of the distances from each expected
+               frame to the closest other one; for the RAS it is {degrees:g} degrees
+refined        the alignment with the best TAS; pcr99: the paper's, the best of random ones"""
 
 
 def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[str]]:

@@ -29,7 +29,7 @@ __all__ = [
 
 MUCH_LOST = 0.1  # share of the reference that is noted where it is not scored
 SOME = 0.1  # share of the frames that is a reason for a low score
-FEW = 20  # poses can fit by chance
+MIN_POSES = 20  # fewer can fit by chance
 APART_DEG = 5.0  # angle between the two alignments that is noted
 
 
@@ -122,7 +122,7 @@ def few_poses(evaluation: Evaluation) -> Note | None:
     """Note that few poses can fit by chance."""
     n = evaluation.matches.n_poses
     text = f"only {n} of its poses are scored; few poses can fit by chance"
-    return Note("few", text) if n < FEW else None
+    return Note("few", text) if n < MIN_POSES else None
 
 
 def ignored_time(evaluation: Evaluation) -> Note | None:
@@ -134,11 +134,12 @@ def ignored_time(evaluation: Evaluation) -> Note | None:
 
 
 def chance(evaluation: Evaluation) -> Note | None:
-    """Note a TAS that is not far above the one of a camera that never moves."""
+    """Note a TAS below twice the chance level, the TAS of a camera that never moves."""
     if evaluation.chance <= 0.05 or evaluation.tas >= 2 * evaluation.chance:
         return None
-    text = f"a camera that never moves would have a TAS of {evaluation.chance:.2f}, since the "
-    return Note("chance", f"{text}reference stands still for much of the time, or has few frames")
+    text = f"a camera that never moves would have a TAS of {evaluation.chance:.2f}"
+    why_so = "the reference stands still for much of the time, or has few frames"
+    return Note("chance", f"{text}: {why_so}")
 
 
 def indistinguishable(evaluation: Evaluation) -> Note | None:
@@ -228,7 +229,7 @@ def alignments_apart(evaluation: Evaluation) -> Note | None:
     positions, errors = evaluation.matches.gt_poses[has_position, :3, 3], tas.errors[has_position]
     if apart <= APART_DEG or evaluation.median_angle > APART_DEG:
         return None
-    if evaluation.matches.n_poses < FEW:
+    if evaluation.matches.n_poses < MIN_POSES:
         return None
     if not _fix_rotation(positions, errors):
         return None

@@ -56,7 +56,7 @@ class Option:
         return f"{kind}, optional" if self.optional else kind
 
     def checked(self, value: Any) -> Any:
-        """Return a value, a number as Python's, also of a text; raise ValueError without one."""
+        """Return a valid value, also a number from its text; otherwise raise a ValueError."""
         if (value is None and self.optional) or (isinstance(value, str) and value in self.words):
             return value
         if self.choices and value not in self.choices:
