@@ -19,11 +19,11 @@ from ..metrics import metric
 from ..pose import PASResult
 from ..similarity import Similarity
 from ..texts import printable
-from ..trajectories.association import Matches
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..trajectories.lever import LeverArm
 from ..validation import finite_rows
+from .matching import Matches
 from .perfect import simulated_scores
 from .settings import Settings
 
@@ -33,8 +33,7 @@ STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scor
 LOST = STATUSES.index("lost")
 SAMPLE = 1000  # frames from which the chance level is computed
 SHOWN = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ate", "lost"  # in a notebook
-NO_COLUMNS = {"TAS_seeds", "PAS_seeds", "perfect", "alignment", "body_rotation", "lever_arm"}
-NO_COLUMNS |= {"metrics", "notes"}
+NO_COLUMNS = {"TAS_seeds", "perfect", "alignment", "body_rotation", "lever_arm", "metrics", "notes"}
 
 
 @dataclass(frozen=True)
@@ -142,11 +141,6 @@ class Evaluation:
         return statistics.mean(self.tas_seeds)  # exact: the mean of equal values is that value
 
     @property
-    def tas_sd(self) -> float | None:
-        """Standard deviation of the TAS over the seeds; None for a single one."""
-        return _sd(self.tas_seeds)
-
-    @property
     def has_rotations(self) -> bool:
         """Whether both have rotations; otherwise RAS and PAS are NaN."""
         return not np.isnan(self.result.ras.errors).all()
@@ -157,20 +151,9 @@ class Evaluation:
         return self.result.ras.score
 
     @property
-    def pas_seeds(self) -> list[float]:
-        """PAS of each seed."""
-        weight = self.result.weight
-        return [weight * tas + (1 - weight) * self.ras for tas in self.tas_seeds]
-
-    @property
     def pas(self) -> float:
         """Mean of the PAS over the seeds."""
-        return statistics.mean(self.pas_seeds)
-
-    @property
-    def pas_sd(self) -> float | None:
-        """Standard deviation of the PAS over the seeds; None for a single one."""
-        return _sd(self.pas_seeds)
+        return self.result.weight * self.tas + (1 - self.result.weight) * self.ras
 
     @cached_property
     def half_angle(self) -> float:
@@ -298,12 +281,9 @@ class Evaluation:
             "name": self.name,
             "file": printable(self.file),
             "TAS": self.tas,
-            "TAS_sd": self.tas_sd,
             "RAS": finite_or_none(self.ras),
             "PAS": finite_or_none(self.pas),
-            "PAS_sd": finite_or_none(self.pas_sd),
             "TAS_seeds": self.tas_seeds,
-            "PAS_seeds": self.pas_seeds if self.has_rotations else None,
             "half_distance": finite_or_none(self.half_distance),
             "half_angle": finite_or_none(self.half_angle),
             "median_distance": finite_or_none(self.median_distance),
@@ -318,7 +298,6 @@ class Evaluation:
             "perfect": self.perfect,
             "expected": len(matches.expected_rows),
             "matched": matches.matched,
-            "non_finite": matches.non_finite,
             "no_position": int(np.sum(~finite_rows(matches.est_poses[:, :3, 3]))),
             "no_rotation": int(np.sum(~finite_rows(matches.est_poses[:, :3, :3]))),
             "duplicate": matches.duplicate,
@@ -353,7 +332,9 @@ class Evaluation:
         >>> evaluation.to_frame().shape[0]
         1
         """
-        return require("pandas", "tables").DataFrame([self._row()])
+        values = self.to_dict()
+        row = {key: value for key, value in values.items() if key not in NO_COLUMNS}
+        return require("pandas", "tables").DataFrame([{**row, **values["metrics"]}])
 
     def plot(self, kind: str | None = None, *, plot_mode: str | None = None) -> Any:
         """Draw the estimate with Matplotlib.
@@ -408,20 +389,10 @@ class Evaluation:
 
         Path(path).write_text(page([self]), encoding="utf-8")
 
-    def _row(self) -> dict[str, Any]:
-        """Return the names and numbers of `to_dict`, with the metrics."""
-        values = self.to_dict()
-        row = {key: value for key, value in values.items() if key not in NO_COLUMNS}
-        return {**row, **values["metrics"]}
-
 
 def finite_or_none(value: float | None) -> float | None:
     """Return a number, None where it is infinite or NaN, which JSON has not."""
     return value if value is not None and math.isfinite(value) else None
-
-
-def _sd(values: list[float]) -> float | None:
-    return statistics.stdev(values) if len(values) > 1 else None
 
 
 def median(errors: Floats) -> float:

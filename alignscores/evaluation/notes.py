@@ -8,14 +8,13 @@ from contextlib import contextmanager
 import numpy as np
 
 from ..arrays import Booleans, Floats
-from ..averaging import rotation_angles
 from ..texts import printable
-from ..trajectories.association import unit_hint
 from ..trajectories.conventions import describe_rotation, find_convention
 from ..trajectories.files import TrajectoryWarning
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .evaluation import Evaluation, Note
+from .matching import unit_hint
 from .settings import Settings
 
 __all__ = [
@@ -30,7 +29,6 @@ __all__ = [
 MUCH_LOST = 0.1  # share of the reference that is noted where it is not scored
 SOME = 0.1  # share of the frames that is a reason for a low score
 MIN_POSES = 20  # fewer can fit by chance
-APART_DEG = 5.0  # angle between the two alignments that is noted
 
 
 def why(error: Exception) -> str:
@@ -68,7 +66,7 @@ def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
     if check:
         kinds.append(clock)
     if check and evaluation.has_rotations:
-        kinds += [convention, alignments_apart, low_score]
+        kinds += [convention, low_score]
     return [note for kind in kinds if (note := kind(evaluation))]
 
 
@@ -216,38 +214,6 @@ def convention(evaluation: Evaluation) -> Note | None:
         text = "the positions fit the mirror image of the reference, as in a left-handed frame"
         return Note("mirrored", text, "correct the export: no rotation corrects it")
     return Note("frame", f"{frame} ({gain})", "--body_rotation auto removes it") if frame else None
-
-
-def alignments_apart(evaluation: Evaluation) -> Note | None:
-    """Note that positions and rotations are aligned by different rotations, if both fit theirs."""
-    tas, ras = evaluation.result.tas, evaluation.result.ras
-    if tas.alignment is None or ras.alignment is None:
-        return None
-    turn = tas.alignment.rotation.T @ ras.alignment
-    apart = float(rotation_angles(turn[None])[0])
-    has_position = np.isfinite(tas.errors)
-    positions, errors = evaluation.matches.gt_poses[has_position, :3, 3], tas.errors[has_position]
-    if apart <= APART_DEG or evaluation.median_angle > APART_DEG:
-        return None
-    if evaluation.matches.n_poses < MIN_POSES:
-        return None
-    if not _fix_rotation(positions, errors):
-        return None
-    return Note(
-        "apart",
-        f"the rotations that align positions and rotations differ by {apart:.1f} degrees, "
-        "which no score penalises",
-        "check the calibration between camera and body",
-    )
-
-
-def _fix_rotation(positions: Floats, errors: Floats) -> bool:
-    """Return whether positions are far enough from a line to fix a rotation despite errors."""
-    if len(positions) < 3:
-        return False
-    spread = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
-    distance = spread[1] / np.sqrt(len(positions))
-    return bool(np.median(errors) < np.sin(np.radians(APART_DEG)) * distance)
 
 
 def low_score(evaluation: Evaluation) -> Note | None:

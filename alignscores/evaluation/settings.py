@@ -17,7 +17,6 @@ from ..protocols import split_names
 from ..registration import REGISTRATIONS
 from ..similarity import ALIGNMENTS, UP
 from ..texts import brief, printable
-from ..trajectories.association import MISSING, SYNCS
 from ..trajectories.files import FilePath, parse_columns
 from ..trajectories.formats import FORMATS, Format
 
@@ -44,13 +43,15 @@ class Option:
     timed: bool = False  # of formats with time stamps alone
     topics: bool = False  # of formats with topics alone
     tables: bool = False  # of text tables alone
-    numbers: str = ""  # such as "X,Y,Z": so many numbers, or a text of them with commas
+    numbers: str = ""  # such as "X,Y,Z": so many of them, or a text with commas
 
     @property
     def type(self) -> str:
         """The type of a value, as docstrings write it."""
-        kind = "bool" if self.flag else self.number.__name__ if self.number else "str"
-        if self.choices:
+        kind = self.number.__name__ if self.number and not self.numbers else "str"
+        if self.flag:
+            kind = "bool"
+        elif self.choices:
             kind = f"{{{', '.join(map(repr, self.choices))}}}"
         kind += "".join(f" or {word!r}" for word in self.words)
         return f"{kind}, optional" if self.optional else kind
@@ -63,38 +64,34 @@ class Option:
             raise ValueError(f"must be one of {', '.join(self.choices)}, not {brief(value)}")
         if self.flag and not isinstance(value, bool):
             raise ValueError(f"must be true or false, not {brief(value)}")
-        if self.numbers:
-            return self._several(value)
         if self.number is None:
             return value
-        number = value
-        if isinstance(value, str):
-            with suppress(ValueError):
-                number = self.number(value)
-        if not self._is_possible(number):
-            raise ValueError(f"must be {self._range()}, not {brief(value)}")
-        return self.number(number)
+        try:
+            if not self.numbers:
+                return self._number(value)
+            parts = value.split(",") if isinstance(value, str) else value
+            several = tuple(map(self._number, parts))
+            if len(several) == self.numbers.count(",") + 1:
+                return several
+        except (OverflowError, TypeError, ValueError):
+            pass
+        raise ValueError(f"must be {self._range()}, not {brief(value)}")
 
-    def _several(self, value: Any) -> tuple[float, ...]:
-        """Return numbers, also of a text."""
-        with suppress(TypeError, ValueError):
-            numbers = tuple(map(float, value.split(",") if isinstance(value, str) else value))
-            if len(numbers) == self.numbers.count(",") + 1 and all(map(self._is_possible, numbers)):
-                return numbers
-        raise ValueError(f"must be {self.numbers}, each {self._range()}, not {brief(value)}")
-
-    def _is_possible(self, value: Any) -> bool:
-        kinds = (int, np.integer) if self.number is int else (int, float, np.integer, np.floating)
-        if isinstance(value, bool) or not isinstance(value, kinds):
-            return False
-        with suppress(OverflowError):  # a whole number beyond all floats
-            return math.isfinite(value) and bool(
-                self.least <= value <= self.most and not (self.positive and value == 0)
-            )
-        return False
+    def _number(self, value: Any) -> float:
+        """Return a number within the bounds, also of a text; raise an error of any other value."""
+        whole = isinstance(value, (str, int, np.integer)) and not isinstance(value, bool)
+        fraction = isinstance(value, (float, np.floating)) and self.number is float
+        if not (whole or fraction):
+            raise TypeError
+        number = int(value) if self.number is int else float(value)
+        possible = math.isfinite(number) and self.least <= number <= self.most
+        if not possible or (self.positive and number == 0):
+            raise ValueError
+        return number
 
     def _range(self) -> str:
         kind = "a whole number" if self.number is int else "a finite number"
+        kind = f"{self.numbers}, each {kind}" if self.numbers else kind
         if self.positive:
             bound = " above 0"
         elif self.most < math.inf:
@@ -159,7 +156,9 @@ class Settings:
     ref_columns: str | None = _matching(None, "the same, for the reference alone", tables=True)
     est_columns: str | None = _matching(None, "the same, for the estimates alone", tables=True)
     missing: str = _matching(
-        "fail", "frames without a pose count as failures, or are ignored", choices=MISSING
+        "fail",
+        "frames without a pose count as failures, or are ignored",
+        choices=("fail", "ignore"),
     )
     t_max_diff: float = _seconds(
         0.01, "largest difference between matched time stamps, in s", least=0
@@ -167,7 +166,7 @@ class Settings:
     sync: str = _matching(
         "interpolate",
         "compare a pose with the reference interpolated at its time, or with its nearest pose",
-        choices=SYNCS,
+        choices=("interpolate", "nearest"),
         timed=True,
     )
     rate: float | str = _matching(
@@ -209,6 +208,7 @@ class Settings:
         None,
         "X,Y,Z: position of the reference's prism or antenna in the estimate's body frame; auto: "
         "find it with the alignment",
+        number=float,
         numbers="X,Y,Z",
         words=("auto",),
     )
@@ -238,6 +238,7 @@ class Settings:
         "X,DEG: standard deviations of the reference, of positions on each axis in its unit and "
         "of rotations about each axis; adds the score of a perfect estimate, and a note if the "
         "estimate is not distinguishable from it",
+        number=float,
         numbers="X,DEG",
         least=0,
     )

@@ -1,0 +1,210 @@
+"""Reference and estimate on their way in: from files and from memory, each checked once."""
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Booleans, Indices
+from ..trajectories.files import (
+    FileError,
+    FilePath,
+    Trajectory,
+    TrajectoryWarning,
+    inverse_poses,
+    read_colmap,
+)
+from ..trajectories.files.colmap import is_model
+from ..trajectories.recognition import recognise
+from ..trajectories.timeline import reference_gap
+from ..validation import finite_rows, real_array
+from .settings import Settings
+
+__all__ = [
+    "KEY_KINDS",
+    "files_below",
+    "first_rows",
+    "in_memory",
+    "read_estimate",
+    "read_reference",
+    "warn",
+    "with_format",
+]
+
+KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
+FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in memory are like
+
+
+def files_below(path: str | Path) -> Iterator[Path]:
+    """Yield a file, or the files in a folder and in its sub-folders, sorted."""
+    root = Path(path)
+    if root.is_dir():
+        yield from sorted(file for file in [*root.glob("*"), *root.glob("*/*")] if file.is_file())
+    else:
+        yield root
+
+
+def in_memory(reference: Any, estimate: Any, times: Any = None) -> tuple[Any, Any]:
+    """Return arrays and COLMAP models as checked trajectories, and paths as they are."""
+    both = {"reference": reference, "estimate": estimate}
+    arrays = {
+        name: real_array(value, name)
+        for name, value in both.items()
+        if not (isinstance(value, (str, PathLike, Trajectory)) or is_model(value))
+    }
+    if times is not None and len(arrays) < 2:
+        raise ValueError(
+            "times need two arrays of poses; files and Trajectory have their own stamps"
+        )
+    stamps = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
+    for (name, poses), own in zip(arrays.items(), stamps, strict=False):
+        keys = np.arange(len(poses)) if own is None else real_array(own, "times")
+        both[name] = Trajectory(keys, poses)
+    for name, value in both.items():
+        if isinstance(value, Trajectory):
+            both[name] = _checked(value, name)
+        elif is_model(value):
+            both[name] = read_colmap(value)
+    return both["reference"], both["estimate"]
+
+
+def with_format(settings: Settings, reference: Any, *estimates: Any) -> Settings:
+    """Return the settings with the formats of reference and estimates, as far as they are open."""
+    if settings.format is not None:
+        return settings
+    form = _format_of(reference, settings.ref_columns or settings.columns)
+    if settings.est_format is not None:
+        return replace(settings, format=form)
+    first, *others = estimates
+    est_columns = settings.est_columns or settings.columns
+    est_form = _format_of(first, est_columns)
+    for file in others:
+        if _format_of(file, est_columns) != est_form:
+            raise FileError(file, f"is not in the format of {first}, {est_form}; score it apart")
+    return replace(settings, format=form, est_format=None if est_form == form else est_form)
+
+
+def _format_of(trajectory: Any, columns: str | None) -> str:
+    """Return the format of a file, or the one that a trajectory in memory is like."""
+    if isinstance(trajectory, Trajectory):
+        return FORMAT_OF_KEYS[trajectory.keys.dtype.kind]
+    return recognise(trajectory, columns)
+
+
+def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
+    """Return the reference, each key once; with time stamps finite poses alone, in their order.
+
+    Warn where it has no pose for more than one percent, since nothing is expected there.
+    """
+    if not isinstance(reference, Trajectory):
+        reference = _checked(settings.form.read(reference, **settings.ref_options), "reference")
+    finite = finite_rows(reference.with_rotations().poses)
+    if not finite.any():
+        raise ValueError("the reference has no pose that is finite")
+    timed = reference.keys.dtype.kind == "f"
+    there = finite if timed else np.ones_like(finite)  # rows and names keep their number
+    rows = first_rows(reference.keys, there, "reference")
+    if duplicate := int(there.sum()) - len(rows):
+        warn(f"duplicate stamps or names in the reference, left out: {duplicate}")
+    if not reference.has_rotations:
+        warn("the reference has no rotations: RAS and PAS have no value")
+    truth = Trajectory(reference.keys[rows], reference.poses[rows])
+    if timed:
+        gaps = np.diff(truth.keys)
+        gap = reference_gap(truth.keys, settings.frames_per_second)
+        absent = float(gaps[gaps > gap].sum() / gaps.sum()) if len(gaps) else 0.0
+    else:
+        absent = float(1 - np.mean(finite[rows]))
+    if absent > 0.01:
+        what = "time" if timed else "cameras"
+        warn(f"the reference has no pose for {absent:.1%} of the {what}; nothing is expected there")
+    return truth
+
+
+def read_estimate(
+    reference: Trajectory, estimate: FilePath | Trajectory, settings: Settings
+) -> Trajectory:
+    """Return an estimate, camera-to-world; of several models in a folder the largest one.
+
+    A model with the poses of the reference is the reference itself.
+    """
+    form = settings.est_form
+    if isinstance(estimate, Trajectory):
+        poses = estimate
+    elif form.read_parts:
+        models = form.read_parts(estimate)
+        others = [
+            name for name, one in models.items() if not np.array_equal(one.poses, reference.poses)
+        ]
+        name = max(others or models, key=lambda name: len(models[name].keys))
+        poses = models[name]
+        if len(models) > 1:
+            largest = "the largest" if len(others) in (0, len(models)) else "not the reference"
+            warn(f"{estimate}: has {len(models)} models; {name}, {largest}, is scored")
+    else:
+        poses = _checked(form.read(estimate, **settings.est_options), "estimate")
+    for option in ("invert", "lever_arm"):
+        if getattr(settings, option) and not poses.has_rotations:
+            raise ValueError(f"--{option} needs rotations, which the estimate lacks")
+    return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
+
+
+def first_rows(keys: NDArray[Any], there: Booleans, whose: str) -> Indices:
+    """Return the first row of each key that is there; of time stamps, in their order."""
+    rows = np.arange(len(keys))
+    if keys.dtype.kind == "f":
+        backwards = np.diff(keys) < 0
+        if backwards.any():
+            row = int(np.argmax(backwards)) + 1
+            warn(
+                f"the time stamps of the {whose} are not in order (first at pose {row + 1}, "
+                f"{keys[row]:.6f} s); sorted"
+            )
+        rows = np.argsort(keys, kind="stable")
+    rows = rows[there[rows]]
+    return rows[np.sort(np.unique(keys[rows], return_index=True)[1])]
+
+
+def warn(message: str) -> None:
+    """Warn of what is unusual in a trajectory."""
+    warnings.warn(message, TrajectoryWarning, stacklevel=4)
+
+
+def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
+    """Return a trajectory with arrays (n,) and (n, 4, 4); raise a ValueError where it has none."""
+    try:
+        keys, poses = np.asarray(trajectory.keys), np.asarray(trajectory.poses)
+    except ValueError:
+        raise ValueError(f"the keys or poses of the {whose} are not a regular array") from None
+    if keys.dtype == object and all(isinstance(key, str) for key in keys.flat):  # as of pandas
+        keys = keys.astype(str)
+    keys = keys.astype(np.int64) if keys.dtype.kind == "u" else keys
+    if keys.ndim != 1 or keys.dtype.kind not in KEY_KINDS:
+        raise ValueError(
+            f"the keys of the {whose} must be a list of {', '.join(KEY_KINDS.values())}, not an "
+            f"array of shape {keys.shape} and type {keys.dtype}"
+        )
+    if poses.shape not in ((len(keys), 4, 4), (len(keys), 3, 4)) or poses.dtype.kind not in "fiu":
+        raise ValueError(
+            f"the poses of the {whose} must be numbers of shape ({len(keys)}, 4, 4) or "
+            f"({len(keys)}, 3, 4), one matrix a key, not of shape {poses.shape} and type "
+            f"{poses.dtype}"
+        )
+    if len(keys) == 0:
+        raise ValueError(f"the {whose} has no poses")
+    if keys.dtype.kind == "f":
+        keys = keys.astype(np.float64)
+        if not np.isfinite(keys).all():
+            row = int(np.argmin(np.isfinite(keys)))
+            raise ValueError(f"the time stamp of pose {row + 1} of the {whose} is not finite")
+        if len(keys) > 1 and keys.min() == keys.max():
+            raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
+    if poses.shape != (len(keys), 4, 4):
+        last = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(keys), 1, 4))
+        poses = np.concatenate([poses, last], axis=1)
+    return Trajectory(keys, np.asarray(poses, dtype=np.float64))
