@@ -32,7 +32,6 @@ __all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none", "median"]
 STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
 SAMPLE = 1000  # frames from which the chance level is computed
-SHOWN = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ate", "lost"  # in a notebook
 NO_COLUMNS = {"TAS_seeds", "perfect", "alignment", "body_rotation", "lever_arm", "metrics", "notes"}
 
 
@@ -123,11 +122,10 @@ class Evaluation:
         return f"Evaluation({self.name!r}, {scores}, registration={self.settings.registration!r})"
 
     def _repr_html_(self) -> str:
-        row = self.to_dict()
         cells = [
-            f"<tr><th>{key}</th><td>{row[key]:.4g}</td></tr>"
-            for key in SHOWN
-            if row[key] is not None
+            f"<tr><th>{key}</th><td>{value:.4g}</td></tr>"
+            for key, value in {**self.scores, "lost": self.lost}.items()
+            if value is not None
         ]
         caption = f"<caption>{escape(self.name)} ({escape(self.settings.how_aligned)})</caption>"
         from ..pages.estimates import page
@@ -199,13 +197,22 @@ class Evaluation:
         settings, matches = self.settings, self.matches
         if settings.reference_sigma is None:
             return None
-        poses = self.reference.with_rotations().poses[matches.expected_rows]
+        poses = self.reference.poses[matches.expected_rows]
         scores = simulated_scores(poses, self.result.tas.unit, settings)
-        names = ("TAS", "RAS", "PAS") if self.has_rotations else ("TAS",)
-        return {
-            name: [float(values.mean()), float(values.min())]
-            for name, values in zip(names, scores, strict=False)
+        return scores if self.has_rotations else {"TAS": scores["TAS"]}
+
+    @property
+    def scores(self) -> dict[str, float | None]:
+        """The scores by their names in JSON; None where one has no value."""
+        values = {
+            "TAS": self.tas,
+            "RAS": self.ras,
+            "PAS": self.pas,
+            "half_distance": self.half_distance,
+            "half_angle": self.half_angle,
+            "ate": self.ate,
         }
+        return {name: finite_or_none(value) for name, value in values.items()}
 
     @property
     def scale(self) -> float | None:
@@ -249,16 +256,8 @@ class Evaluation:
         >>> evaluation.value("half_distance")
         0.0700
         """
-        scores = {
-            "TAS": self.tas,
-            "RAS": self.ras,
-            "PAS": self.pas,
-            "half_distance": self.half_distance,
-            "half_angle": self.half_angle,
-            "ATE": self.ate,
-        }
-        metric_name = metric(name).name
-        return finite_or_none({**self.metrics, **scores}.get(metric_name))
+        values = {**self.metrics, **self.scores, "ATE": self.ate}
+        return values.get(metric(name).name)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the command prints for it with ``--json``.
@@ -280,15 +279,10 @@ class Evaluation:
         return {
             "name": self.name,
             "file": printable(self.file),
-            "TAS": self.tas,
-            "RAS": finite_or_none(self.ras),
-            "PAS": finite_or_none(self.pas),
+            **self.scores,
             "TAS_seeds": self.tas_seeds,
-            "half_distance": finite_or_none(self.half_distance),
-            "half_angle": finite_or_none(self.half_angle),
             "median_distance": finite_or_none(self.median_distance),
             "median_angle": finite_or_none(self.median_angle),
-            "ate": self.ate,
             "unit": tas.unit,
             "within_unit": float(np.mean(tas.errors < tas.unit)),
             "within_10_deg": float(np.mean(ras.errors < 10.0)) if self.has_rotations else None,
@@ -305,7 +299,7 @@ class Evaluation:
             "n_hypotheses": tas.n_hypotheses,
             "scale": self.scale,
             "alignment": _alignment(tas.alignment),
-            "t_offset": self.t_offset if matches.keys.dtype.kind == "f" else None,
+            "t_offset": self.t_offset if matches.timed else None,
             "body_rotation": None if self.body_rotation is None else self.body_rotation.tolist(),
             "lever_arm": None if self.lever_arm is None else self.lever_arm.vector.tolist(),
             "metrics": {name: self.value(name) for name in self.settings.metrics},

@@ -49,6 +49,11 @@ class Matches:
     pose_references: Floats  # the reference of each, by time stamps at the pose's own time
 
     @property
+    def timed(self) -> bool:
+        """Whether poses were matched by their time stamps."""
+        return self.keys.dtype.kind == "f"
+
+    @property
     def matched(self) -> int:
         """Number of expected frames with an estimated pose, finite or not."""
         return int(np.sum(self.est_rows >= 0))
@@ -81,7 +86,7 @@ def match(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Ma
     else:
         matches = _by_key(reference, estimate, settings)
     if matches.duplicate >= len(estimate.keys) / 10:
-        what = "time stamp" if estimate.keys.dtype.kind == "f" else "name"
+        what = "time stamp" if matches.timed else "name"
         raise ValueError(
             f"{matches.duplicate} of {len(estimate.keys)} poses of the estimate have the {what} of "
             "another one; write stamps with all their digits, and each pose once"
@@ -97,17 +102,15 @@ def check_scorable(
     reference: Trajectory, estimate: Trajectory, matches: Matches, settings: Settings
 ) -> None:
     """Raise a ValueError that says what to do where poses are too few, or d is undefined."""
-    timed = reference.keys.dtype.kind == "f"
     n_scored = matches.n_poses if settings.missing == "ignore" else len(matches.keys)
     if n_scored < min(4, len(reference.keys)):
-        shown = ["missing"]
-        shown += ["t_max_diff", "t_offset", "max_gap", "t_start", "t_end"] if timed else []
-        options = {name: getattr(settings, name) for name in shown}
-        words = ", ".join(f"--{key} {value}" for key, value in options.items() if value is not None)
-        hint = unit_hint(reference.keys, estimate.keys) if timed else ""
+        options = ""
+        if matches.timed:
+            options = f" (--t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g})"
+            options += unit_hint(reference.keys, estimate.keys)
         raise ValueError(
             f"only {matches.n_poses} of {len(estimate.keys)} poses could be matched to the "
-            f"reference, and it takes 4 ({words}){hint}"
+            f"reference, and it takes 4{options}"
         )
     if np.isnan(matches.unit):
         n = len(matches.expected_rows)

@@ -26,8 +26,8 @@ __all__ = [
     "why",
 ]
 
-MUCH_LOST = 0.1  # share of the reference that is noted where it is not scored
-SOME = 0.1  # share of the frames that is a reason for a low score
+OWN = AlignmentWarning, TrajectoryWarning
+SOME = 0.1  # share of the frames that is worth a word
 MIN_POSES = 20  # fewer can fit by chance
 
 
@@ -43,28 +43,26 @@ def collected_warnings() -> Iterator[list[str]]:
     """Collect the library's own warnings as notes; others are issued as usual."""
     notes: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
-        for category in (AlignmentWarning, TrajectoryWarning):
+        for category in OWN:
             warnings.simplefilter("always", category)
         try:
             yield notes
         finally:
-            kinds = AlignmentWarning, TrajectoryWarning
-            own = [warning for warning in caught if issubclass(warning.category, kinds)]
-            others = [warning for warning in caught if warning not in own]
-            notes += dict.fromkeys(printable(str(warning.message)) for warning in own)
-    for warning in others:
-        warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+            own = [str(one.message) for one in caught if issubclass(one.category, OWN)]
+            notes += dict.fromkeys(map(printable, own))
+    for one in caught:
+        if not issubclass(one.category, OWN):
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
 def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
     """Return the notes on scores; with `check` those on mistakes and low scores, too."""
-    timed = evaluation.estimate.keys.dtype.kind == "f"
-    kinds = [unmatched_images]
-    if timed:
-        kinds = [unmatched_poses, left_out_frames, duplicates, few_poses, ignored_time, chance]
+    kinds = [unmatched]
+    if evaluation.matches.timed:
+        kinds += [left_out_frames, duplicates, few_poses, ignored_time, chance]
     kinds += [lever_arm, indistinguishable]
-    if check:
-        kinds.append(clock)
+    if check and evaluation.matches.timed:
+        kinds += [clock]
     if check and evaluation.has_rotations:
         kinds += [convention, low_score]
     return [note for kind in kinds if (note := kind(evaluation))]
@@ -79,27 +77,19 @@ def lever_arm(evaluation: Evaluation) -> Note | None:
     return Note("lever_arm", f"lever arm {vector} (standard errors {errors}) found and applied")
 
 
-def unmatched_images(evaluation: Evaluation) -> Note | None:
-    """Note images that the reference does not have."""
-    matches, n = evaluation.matches, len(evaluation.estimate.keys)
-    if not matches.unmatched:
+def unmatched(evaluation: Evaluation) -> Note | None:
+    """Note images that the reference does not have, or more than a few poses by time stamps."""
+    matches, keys = evaluation.matches, evaluation.estimate.keys
+    if matches.unmatched <= (len(keys) / 10 if matches.timed else 0):
         return None
-    text = f"{matches.unmatched} of {n} images are not in the reference; left out"
-    if matches.matched == len(matches.expected_rows):
-        text += " (it has all of the reference's, too: the reference comes first)"
-    return Note("unmatched", text)
-
-
-def unmatched_poses(evaluation: Evaluation) -> Note | None:
-    """Note more than a few poses without a reference pose."""
-    unmatched, stamps = evaluation.matches.unmatched, evaluation.estimate.keys
-    if unmatched <= len(stamps) / 10:
-        return None
-    return Note(
-        "unmatched",
-        f"{unmatched} of {len(stamps)} poses have no reference pose near them in time"
-        f"{unit_hint(evaluation.reference.keys, stamps)}",
-    )
+    if matches.timed:
+        hint = unit_hint(evaluation.reference.keys, keys)
+        where = f"poses have no reference pose near them in time{hint}"
+    else:
+        where = "images are not in the reference; left out"
+        if matches.matched == len(matches.expected_rows):
+            where += " (it has all of the reference's, too: the reference comes first)"
+    return Note("unmatched", f"{matches.unmatched} of {len(keys)} {where}")
 
 
 def left_out_frames(evaluation: Evaluation) -> Note | None:
@@ -125,7 +115,7 @@ def few_poses(evaluation: Evaluation) -> Note | None:
 
 def ignored_time(evaluation: Evaluation) -> Note | None:
     """Note much time without a pose that --missing ignore leaves out."""
-    if evaluation.lost <= MUCH_LOST or evaluation.settings.missing != "ignore":
+    if evaluation.lost <= SOME or evaluation.settings.missing != "ignore":
         return None
     text = f"only {1 - evaluation.lost:.0%} of the time is scored, since the rest has no pose"
     return Note("ignored", text, "--missing fail counts it as failures")
@@ -158,8 +148,6 @@ def indistinguishable(evaluation: Evaluation) -> Note | None:
 
 def clock(evaluation: Evaluation) -> Note | None:
     """Note the offset of the clocks that was added, or that there seems to be one."""
-    if evaluation.reference.keys.dtype.kind != "f":
-        return None
     if evaluation.settings.t_offset == "auto":
         added = evaluation.t_offset
         text = "no time offset added: none makes its motions fit clearly better"
@@ -186,34 +174,34 @@ def convention(evaluation: Evaluation) -> Note | None:
         evaluation.estimate.poses[matches.pose_rows],
         quaternions=settings.est_form.quaternions,
     )
-    gain = f"RAS {mistakes.ras:.2f} as it is, {mistakes.corrected_ras:.2f} corrected"
-    frame = ""
-    if mistakes.body_rotation is not None:
-        frame = (
-            "the camera frame is rotated against the reference's, "
-            f"{describe_rotation(mistakes.body_rotation)}"
-        )
+    texts: list[str] = []
+    kind, remedy = "frame", "--body_rotation auto removes it"
     if mistakes.inverted:
+        kind, remedy = "inverted", "leave out --invert" if settings.invert else "add --invert"
         now = "camera-to-world" if settings.invert else "world-to-camera"
-        remedy = "leave out --invert" if settings.invert else "add --invert"
-        return Note(
-            "inverted",
-            f"the poses in the file seem to be {now}{frame and ', and '}{frame} ({gain})",
-            f"{remedy}, with --body_rotation auto" if frame else remedy,
+        texts.append(f"the poses in the file seem to be {now}")
+        remedy += "" if mistakes.body_rotation is None else ", with --body_rotation auto"
+    elif mistakes.rotations_inverted:
+        kind, remedy = "inverted rotations", "transpose them in the file"
+        texts.append("the rotations in the file seem to be world-to-camera, its positions not")
+    elif mistakes.quaternion_order:
+        kind, remedy = "quaternions", "reorder them in the file"
+        texts.append("the quaternions seem to have w at the wrong end")
+        if settings.est_form.tables:
+            columns = f"t x y z {mistakes.quaternion_order}"
+            remedy = f"name their order, as in --est_columns '{columns}'"
+    elif mistakes.mirrored:
+        kind, remedy = "mirrored", "correct the export: no rotation corrects it"
+        texts.append(
+            "the positions fit the mirror image of the reference, as in a left-handed frame"
         )
-    if mistakes.rotations_inverted:
-        text = "the rotations in the file seem to be world-to-camera, its positions not"
-        frame = frame and f", and {frame}"
-        return Note("inverted rotations", f"{text}{frame} ({gain})", "transpose them in the file")
-    if mistakes.quaternion_order:
-        text = f"the quaternions seem to have w at the wrong end ({gain})"
-        columns = f"name their order, as in --est_columns 't x y z {mistakes.quaternion_order}'"
-        remedy = columns if settings.est_form.tables else "reorder them in the file"
-        return Note("quaternions", text, remedy)
-    if mistakes.mirrored:
-        text = "the positions fit the mirror image of the reference, as in a left-handed frame"
-        return Note("mirrored", text, "correct the export: no rotation corrects it")
-    return Note("frame", f"{frame} ({gain})", "--body_rotation auto removes it") if frame else None
+    if mistakes.body_rotation is not None:
+        frame = describe_rotation(mistakes.body_rotation)
+        texts.append(f"the camera frame is rotated against the reference's, {frame}")
+    if not texts:
+        return None
+    gain = f"RAS {mistakes.ras:.2f} as it is, {mistakes.corrected_ras:.2f} corrected"
+    return Note(kind, f"{', and '.join(texts)} ({gain})", remedy)
 
 
 def low_score(evaluation: Evaluation) -> Note | None:
@@ -221,19 +209,17 @@ def low_score(evaluation: Evaluation) -> Note | None:
     if evaluation.pas >= 0.5:
         return None
     tas, ras, matches = evaluation.result.tas, evaluation.result.ras, evaluation.matches
-    timed = matches.keys.dtype.kind == "f"
     far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
     turned = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
     reasons = []
     if evaluation.lost > SOME:
-        of = "time" if timed else "frames"
+        of = "time" if matches.timed else "frames"
         reasons.append(f"{evaluation.lost:.0%} of the {of} without a pose")
     if np.mean(far) > SOME:
-        where = _stretch(matches.keys - evaluation.reference.keys[0], far) if timed else ""
+        where = _stretch(matches.keys - evaluation.reference.keys[0], far) if matches.timed else ""
         reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")
-    limit, share = f"more than {ras.thresholds[-1]:g} degrees", np.mean(turned)
-    bad = f"{share:.0%} of the rotations off by {limit}"
-    reasons.append(bad if share > SOME else "rotations fine")
+    bad = f"{np.mean(turned):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
+    reasons.append(bad if np.mean(turned) > SOME else "rotations fine")
     return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
 
 
@@ -250,7 +236,7 @@ def _stretch(seconds: Floats, far: Booleans) -> str:
 
 def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
     """Return the notes on a reference: time at its ends that no estimate covers."""
-    matches = [one.matches for one in evaluations if one.matches.keys.dtype.kind == "f"]
+    matches = [one.matches for one in evaluations if one.matches.timed]
     return ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
 
 

@@ -49,28 +49,20 @@ def files_below(path: str | Path) -> Iterator[Path]:
         yield root
 
 
-def in_memory(reference: Any, estimate: Any, times: Any = None) -> tuple[Any, Any]:
-    """Return arrays and COLMAP models as checked trajectories, and paths as they are."""
-    both = {"reference": reference, "estimate": estimate}
-    arrays = {
-        name: real_array(value, name)
-        for name, value in both.items()
-        if not (isinstance(value, (str, PathLike, Trajectory)) or is_model(value))
-    }
-    if times is not None and len(arrays) < 2:
-        raise ValueError(
-            "times need two arrays of poses; files and Trajectory have their own stamps"
-        )
-    stamps = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
-    for (name, poses), own in zip(arrays.items(), stamps, strict=False):
-        keys = np.arange(len(poses)) if own is None else real_array(own, "times")
-        both[name] = Trajectory(keys, poses)
-    for name, value in both.items():
-        if isinstance(value, Trajectory):
-            both[name] = _checked(value, name)
-        elif is_model(value):
-            both[name] = read_colmap(value)
-    return both["reference"], both["estimate"]
+def in_memory(value: Any, whose: str, times: Any = None) -> Any:
+    """Return poses in an array or a COLMAP model as a checked trajectory, and a path as it is."""
+    if isinstance(value, (str, PathLike, Trajectory)) or is_model(value):
+        if times is not None:
+            raise ValueError(
+                "times need two arrays of poses; files and Trajectory have their own stamps"
+            )
+    else:
+        poses = real_array(value, whose)
+        keys = np.arange(len(poses)) if times is None else real_array(times, "times")
+        value = Trajectory(keys, poses)
+    if is_model(value):
+        return read_colmap(value)
+    return _checked(value, whose) if isinstance(value, Trajectory) else value
 
 
 def with_format(settings: Settings, reference: Any, *estimates: Any) -> Settings:
@@ -177,10 +169,7 @@ def warn(message: str) -> None:
 
 def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
     """Return a trajectory with arrays (n,) and (n, 4, 4); raise a ValueError where it has none."""
-    try:
-        keys, poses = np.asarray(trajectory.keys), np.asarray(trajectory.poses)
-    except ValueError:
-        raise ValueError(f"the keys or poses of the {whose} are not a regular array") from None
+    poses, keys = real_array(trajectory.poses, f"{whose}.poses"), np.asarray(trajectory.keys)
     if keys.dtype == object and all(isinstance(key, str) for key in keys.flat):  # as of pandas
         keys = keys.astype(str)
     keys = keys.astype(np.int64) if keys.dtype.kind == "u" else keys
@@ -189,22 +178,22 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
             f"the keys of the {whose} must be a list of {', '.join(KEY_KINDS.values())}, not an "
             f"array of shape {keys.shape} and type {keys.dtype}"
         )
-    if poses.shape not in ((len(keys), 4, 4), (len(keys), 3, 4)) or poses.dtype.kind not in "fiu":
-        raise ValueError(
-            f"the poses of the {whose} must be numbers of shape ({len(keys)}, 4, 4) or "
-            f"({len(keys)}, 3, 4), one matrix a key, not of shape {poses.shape} and type "
-            f"{poses.dtype}"
-        )
-    if len(keys) == 0:
+    n = len(keys)
+    if n == 0:
         raise ValueError(f"the {whose} has no poses")
+    if poses.shape not in ((n, 4, 4), (n, 3, 4)):
+        raise ValueError(
+            f"the poses of the {whose} must have shape ({n}, 4, 4) or ({n}, 3, 4), one matrix a "
+            f"key, not {poses.shape}"
+        )
     if keys.dtype.kind == "f":
         keys = keys.astype(np.float64)
         if not np.isfinite(keys).all():
             row = int(np.argmin(np.isfinite(keys)))
             raise ValueError(f"the time stamp of pose {row + 1} of the {whose} is not finite")
-        if len(keys) > 1 and keys.min() == keys.max():
-            raise ValueError(f"all {len(keys)} time stamps of the {whose} are the same")
-    if poses.shape != (len(keys), 4, 4):
-        last = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(keys), 1, 4))
+        if n > 1 and keys.min() == keys.max():
+            raise ValueError(f"all {n} time stamps of the {whose} are the same")
+    if len(poses[0]) == 3:
+        last = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (n, 1, 4))
         poses = np.concatenate([poses, last], axis=1)
-    return Trajectory(keys, np.asarray(poses, dtype=np.float64))
+    return Trajectory(keys, poses)

@@ -1,26 +1,25 @@
 """`evaluate`: one estimate against its reference, from the files to the notes."""
 
 import math
-import warnings
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import registration
 from ..arrays import Floats
-from ..distance import tas_distance, too_few
+from ..distance import tas_distance
 from ..metrics import SCORES, metric
 from ..pose import PASResult, pas
+from ..registration import Registration
+from ..registration import pcr99 as pcr99_of_all
 from ..rotation import RASResult
 from ..similarity import Similarity, least_squares_rmse
 from ..texts import unique_names
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import FilePath, Trajectory
 from ..trajectories.lever import LeverArm, find_lever_arm, with_lever_arm
-from ..translation import tas
-from ..validation import AlignmentWarning, finite_rows
+from ..validation import finite_rows
 from .evaluation import Evaluation, Note, finite_or_none
 from .matching import Matches, check_scorable, match, poses_of_rows, with_time_offset
 from .notes import collected_warnings, explain, reference_notes
@@ -77,7 +76,9 @@ def evaluate(
     40
     """
     settings = changed(settings or Settings(), changes)
-    reference, estimate = in_memory(reference, estimate, times)
+    ref_times, est_times = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
+    reference = in_memory(reference, "reference", ref_times)
+    estimate = in_memory(estimate, "estimate", est_times)
     settings = with_format(settings, reference, estimate)
     with collected_warnings() as warned:
         truth = read_reference(reference, settings)
@@ -111,16 +112,15 @@ def score(
         poses, t_offset = with_time_offset(reference, poses, settings)
         matches = match(reference, poses, settings)
         check_scorable(reference, poses, matches, settings)
-        poses, lever_arm = _with_lever_arm(poses, matches, settings)
-        poses, body_rotation = _with_camera_axes(
+        poses, lever_arm, body_rotation = _corrected(
             poses, matches, settings, has_rotations=has_rotations
         )
         matches = replace(matches, est_poses=poses_of_rows(poses, matches.est_rows))
         result, tas_seeds = _scores(matches, settings, has_rotations=has_rotations)
         half_distance = _half_distance(matches, settings)
     notes += [Note("estimate", text) for text in of_estimate]
-    every_pose = _every_pose(matches, poses)
-    metrics, without_value = _metrics(every_pose, settings, has_rotations=has_rotations)
+    pairs = _every_pose(matches, poses)
+    metrics, without_value = _metrics(pairs, settings, has_rotations=has_rotations)
     evaluation = Evaluation(
         name=name,
         file="" if isinstance(estimate, Trajectory) else str(estimate),
@@ -131,7 +131,7 @@ def score(
         result=result,
         tas_seeds=tas_seeds,
         half_distance=half_distance,
-        ate=_ate(every_pose, settings),
+        ate=_ate(pairs, settings),
         metrics=metrics,
         t_offset=t_offset,
         body_rotation=body_rotation,
@@ -143,67 +143,60 @@ def score(
     return evaluation
 
 
-def _with_lever_arm(
-    estimate: Trajectory, matches: Matches, settings: Settings
-) -> tuple[Trajectory, LeverArm | None]:
-    """Return an estimate with the positions of the reference's prism, and the lever arm."""
-    if settings.lever_arm is None:
-        return estimate, None
+def _corrected(
+    estimate: Trajectory, matches: Matches, settings: Settings, *, has_rotations: bool
+) -> tuple[Trajectory, LeverArm | None, Floats | None]:
+    """Return an estimate of the reference's prism with its camera axes, and what was corrected."""
+    lever_arm, body_rotation = None, None
     if settings.lever_arm == "auto":
         positions = matches.pose_references[:, :3, 3]
         lever_arm = find_lever_arm(positions, estimate.poses[matches.pose_rows])
-    else:
+    elif settings.lever_arm is not None:
         lever_arm = LeverArm(np.array(settings.lever_arm), np.zeros(3))
-    return with_lever_arm(estimate, lever_arm.vector), lever_arm
-
-
-def _with_camera_axes(
-    estimate: Trajectory, matches: Matches, settings: Settings, *, has_rotations: bool
-) -> tuple[Trajectory, Floats | None]:
-    """Return an estimate with the reference's camera axes, and the rotation that was removed."""
-    if settings.body_rotation == "none" or not has_rotations:
-        return estimate, None
-    mistake = find_convention(
-        matches.pose_references,
-        estimate.poses[matches.pose_rows],
-        quaternions=settings.est_form.quaternions,
-    )
-    inverted = mistake.inverted or mistake.rotations_inverted
-    rotation = None if inverted else mistake.body_rotation
-    return estimate._replace(poses=rotate_cameras(estimate.poses, rotation)), rotation
+    if lever_arm is not None:
+        estimate = with_lever_arm(estimate, lever_arm.vector)
+    if settings.body_rotation == "auto" and has_rotations:
+        mistakes = find_convention(
+            matches.pose_references,
+            estimate.poses[matches.pose_rows],
+            quaternions=settings.est_form.quaternions,
+        )
+        if not (mistakes.inverted or mistakes.rotations_inverted):
+            body_rotation = mistakes.body_rotation
+    poses = rotate_cameras(estimate.poses, body_rotation)
+    return estimate._replace(poses=poses), lever_arm, body_rotation
 
 
 def _scores(
     matches: Matches, settings: Settings, *, has_rotations: bool
 ) -> tuple[PASResult, list[float]]:
     """Return the scores at the first seed, NaN without rotations, and the TAS of each seed."""
-    gt, est = matches.gt_poses, matches.est_poses
-    several = matches.n_poses < matches.matched  # frames of one pose
-    options: dict[str, Any] = {
-        "unit": matches.unit,
-        "max_threshold": settings.max_threshold,
-        "registration": pcr99
-        if several and settings.registration == "pcr99"
-        else settings.registration,
-        "alignment": settings.alignment,
-        "up": settings.up,
-    }
-    result = pas(
-        gt,
-        est,
-        rng=settings.seed,
-        weight=settings.weight,
-        max_threshold_deg=settings.max_threshold_deg,
-        **options,
-    )
-    if not has_rotations:
-        errors = np.full_like(result.ras.errors, np.nan)
-        ras = RASResult(errors=errors, thresholds=result.ras.thresholds, alignment=None)
-        result = replace(result, score=math.nan, ras=ras)
-    others = [
-        tas(gt[:, :3, 3], est[:, :3, 3], rng=seed, **options).score for seed in settings.seeds[1:]
+    registration: str | Registration = settings.registration
+    if registration == "pcr99" and matches.n_poses < matches.matched:  # a pose of several frames
+        registration = pcr99
+    results = [
+        pas(
+            matches.gt_poses,
+            matches.est_poses,
+            rng=seed,
+            unit=matches.unit,
+            registration=registration,
+            **settings.of_scores,
+        )
+        for seed in settings.seeds
     ]
-    return result, [result.tas.score, *others]
+    first = results[0]
+    if not has_rotations:
+        errors = np.full_like(first.ras.errors, np.nan)
+        ras = RASResult(errors=errors, thresholds=first.ras.thresholds, alignment=None)
+        first = replace(first, score=math.nan, ras=ras)
+    return first, [result.tas.score for result in results]
+
+
+def _half_distance(matches: Matches, settings: Settings) -> float:
+    """Return the half-score distance, by the refined registration."""
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    return tas_distance(gt, est, rng=settings.seed, alignment=settings.alignment, up=settings.up)
 
 
 def pcr99(
@@ -213,24 +206,7 @@ def pcr99(
     _, first = np.unique(np.hstack([gt, est]), axis=0, return_index=True)
     rows = np.sort(first)
     rank = max(4, round(rank * len(rows) / len(est)))
-    return registration.pcr99(gt[rows], est[rows], rank=min(rank, len(rows)), **options)
-
-
-def _half_distance(matches: Matches, settings: Settings) -> float:
-    """Return the half-score distance; NaN for too few cameras, each pose counted once."""
-    n = len(matches.keys) - matches.matched + matches.n_poses
-    if reason := too_few(n, 0.5, settings.alignment):
-        warnings.warn(reason, AlignmentWarning, stacklevel=2)
-        return math.nan
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AlignmentWarning)  # the TAS has said it
-        return tas_distance(
-            matches.gt_poses[:, :3, 3],
-            matches.est_poses[:, :3, 3],
-            rng=settings.seed,
-            alignment=settings.alignment,
-            up=settings.up,
-        )
+    return pcr99_of_all(gt[rows], est[rows], rank=min(rank, len(rows)), **options)
 
 
 Pairs = tuple[Floats, Floats, Floats | None]  # poses of reference and estimate, and stamps
@@ -238,7 +214,7 @@ Pairs = tuple[Floats, Floats, Floats | None]  # poses of reference and estimate,
 
 def _every_pose(matches: Matches, estimate: Trajectory) -> Pairs:
     """Return every pose that has a reference and, as not finite, what was lost, in its share."""
-    if matches.keys.dtype.kind != "f":
+    if not matches.timed:
         return matches.gt_poses, matches.est_poses, None
     rows, lost = matches.pose_rows, np.flatnonzero(matches.est_rows < 0)
     n_lost = round(len(rows) * len(lost) / matches.matched) if len(lost) else 0

@@ -301,21 +301,20 @@ class Settings:
         >>> Settings(format="tum", max_gap=2).to_dict()["max_gap"]
         2.0
         """
-        lacking = [name for name, option in options().items() if option.timed]
-        values = {name: getattr(self, name) for name in options() if name != "metrics"}
-        values |= dict.fromkeys(lacking if not self.form.timed else ())
-        values |= {
-            "est_format": self.est_format or self.format,
-            "up": self.up if self.alignment == "yaw" else None,
-            "repeat": len(self.seeds),
+        values = {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in vars(self).items()
+            if name != "metrics"
         }
-        for name, option in options().items():
-            if option.numbers and isinstance(values[name], tuple):
-                values[name] = list(values[name])
+        if not self.form.timed:
+            values |= {name: None for name, option in options().items() if option.timed}
         if self.frames is not None:
             values["rate"] = None
-            if isinstance(self.frames, (str, PathLike)):
-                values["frames"] = printable(str(self.frames))
+        if isinstance(self.frames, (str, PathLike)):
+            values["frames"] = printable(str(self.frames))
+        values["est_format"] = self.est_format or self.format
+        values["up"] = self.up if self.alignment == "yaw" else None
+        values["repeat"] = len(self.seeds)
         return values
 
     def _check_format(self) -> None:
@@ -344,6 +343,12 @@ class Settings:
     def frames_per_second(self) -> float:
         """Rate of the expected frames; infinite where each pose of the reference is one."""
         return math.inf if self.rate == "all" else float(self.rate)
+
+    @property
+    def of_scores(self) -> dict[str, Any]:
+        """The options of `pas` that are settings of the same name."""
+        names = "weight", "max_threshold", "max_threshold_deg", "alignment", "up"
+        return {name: getattr(self, name) for name in names}
 
     @property
     def how_aligned(self) -> str:
