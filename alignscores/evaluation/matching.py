@@ -239,13 +239,12 @@ def _is_expected(stamps: Floats, settings: Settings) -> Booleans:
 
 def _present(poses: Floats) -> Booleans:
     """Return which poses are not all NaN, which is no pose; all of them where all are NaN."""
-    there = ~np.asarray(np.isnan(poses[:, :3]).all(axis=(1, 2)))
-    there |= not there.any()
-    return there
+    present = ~np.asarray(np.isnan(poses[:, :3]).all(axis=(1, 2)))
+    return present if present.any() else ~present
 
 
 def _unit(poses: Floats, settings: Settings) -> float:
-    """Return d, that of the poses unless it is given; NaN where it is undefined."""
+    """Return d of the poses unless it is set; NaN where it is undefined."""
     if settings.unit is not None:
         return settings.unit
     try:
@@ -341,7 +340,7 @@ def _partners(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> Indices:
 
 
 def _pairs_by_ending(ref: Sequence[str], est: Sequence[str]) -> list[tuple[int, int]]:
-    """Return the pairs of the longest ending of paths that any have, at last without extension."""
+    """Return pairs by the longest unique ending of paths, otherwise by name without extension."""
     paths = [[re.split(r"[\\/]", name.casefold()) for name in names] for names in (ref, est)]
     for length in range(max(len(path) for of in paths for path in of), 0, -1):
         if pairs := _unique_pairs(*([tuple(path[-length:]) for path in of] for of in paths)):

@@ -174,34 +174,34 @@ def convention(evaluation: Evaluation) -> Note | None:
         evaluation.estimate.poses[matches.pose_rows],
         quaternions=settings.est_form.quaternions,
     )
-    texts: list[str] = []
-    kind, remedy = "frame", "--body_rotation auto removes it"
-    if mistakes.inverted:
-        kind, remedy = "inverted", "leave out --invert" if settings.invert else "add --invert"
-        now = "camera-to-world" if settings.invert else "world-to-camera"
-        texts.append(f"the poses in the file seem to be {now}")
-        remedy += "" if mistakes.body_rotation is None else ", with --body_rotation auto"
-    elif mistakes.rotations_inverted:
-        kind, remedy = "inverted rotations", "transpose them in the file"
-        texts.append("the rotations in the file seem to be world-to-camera, its positions not")
-    elif mistakes.quaternion_order:
-        kind, remedy = "quaternions", "reorder them in the file"
-        texts.append("the quaternions seem to have w at the wrong end")
-        if settings.est_form.tables:
-            columns = f"t x y z {mistakes.quaternion_order}"
-            remedy = f"name their order, as in --est_columns '{columns}'"
-    elif mistakes.mirrored:
-        kind, remedy = "mirrored", "correct the export: no rotation corrects it"
-        texts.append(
-            "the positions fit the mirror image of the reference, as in a left-handed frame"
-        )
-    if mistakes.body_rotation is not None:
-        frame = describe_rotation(mistakes.body_rotation)
-        texts.append(f"the camera frame is rotated against the reference's, {frame}")
-    if not texts:
-        return None
     gain = f"RAS {mistakes.ras:.2f} as it is, {mistakes.corrected_ras:.2f} corrected"
-    return Note(kind, f"{', and '.join(texts)} ({gain})", remedy)
+    frame = ""
+    if mistakes.body_rotation is not None:
+        frame = (
+            "the camera frame is rotated against the reference's, "
+            f"{describe_rotation(mistakes.body_rotation)}"
+        )
+    if mistakes.inverted:
+        now = "camera-to-world" if settings.invert else "world-to-camera"
+        remedy = "leave out --invert" if settings.invert else "add --invert"
+        return Note(
+            "inverted",
+            f"the poses in the file seem to be {now}{frame and ', and '}{frame} ({gain})",
+            f"{remedy}, with --body_rotation auto" if frame else remedy,
+        )
+    if mistakes.rotations_inverted:
+        text = "the rotations in the file seem to be world-to-camera, its positions not"
+        frame = frame and f", and {frame}"
+        return Note("inverted rotations", f"{text}{frame} ({gain})", "transpose them in the file")
+    if mistakes.quaternion_order:
+        text = f"the quaternions seem to have w at the wrong end ({gain})"
+        columns = f"name their order, as in --est_columns 't x y z {mistakes.quaternion_order}'"
+        remedy = columns if settings.est_form.tables else "reorder them in the file"
+        return Note("quaternions", text, remedy)
+    if mistakes.mirrored:
+        text = "the positions fit the mirror image of the reference, as in a left-handed frame"
+        return Note("mirrored", text, "correct the export: no rotation corrects it")
+    return Note("frame", f"{frame} ({gain})", "--body_rotation auto removes it") if frame else None
 
 
 def low_score(evaluation: Evaluation) -> Note | None:

@@ -32,7 +32,7 @@ def simulated_scores(poses: Floats, unit: float, settings: Settings) -> dict[str
             rng=settings.seed,
             unit=unit,
             registration=settings.registration,
-            **settings.of_scores,
+            **settings.pas_options,
         )
         scores.append((result.tas.score, result.ras.score, result.score))
     columns = zip(("TAS", "RAS", "PAS"), np.transpose(scores), strict=True)

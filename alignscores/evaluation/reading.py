@@ -94,14 +94,16 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
     Warn where it has no pose for more than one percent, since nothing is expected there.
     """
     if not isinstance(reference, Trajectory):
-        reference = _checked(settings.form.read(reference, **settings.ref_options), "reference")
+        columns = settings.ref_columns or settings.columns
+        options = settings.form.options(settings.ref_topic, columns)
+        reference = _checked(settings.form.read(reference, **options), "reference")
     finite = finite_rows(reference.with_rotations().poses)
     if not finite.any():
         raise ValueError("the reference has no pose that is finite")
     timed = reference.keys.dtype.kind == "f"
-    there = finite if timed else np.ones_like(finite)  # rows and names keep their number
-    rows = first_rows(reference.keys, there, "reference")
-    if duplicate := int(there.sum()) - len(rows):
+    present = finite if timed else np.ones_like(finite)  # rows and names keep their number
+    rows = first_rows(reference.keys, present, "reference")
+    if duplicate := int(present.sum()) - len(rows):
         warn(f"duplicate stamps or names in the reference, left out: {duplicate}")
     if not reference.has_rotations:
         warn("the reference has no rotations: RAS and PAS have no value")
@@ -139,15 +141,16 @@ def read_estimate(
             largest = "the largest" if len(others) in (0, len(models)) else "not the reference"
             warn(f"{estimate}: has {len(models)} models; {name}, {largest}, is scored")
     else:
-        poses = _checked(form.read(estimate, **settings.est_options), "estimate")
+        options = form.options(settings.est_topic, settings.est_columns or settings.columns)
+        poses = _checked(form.read(estimate, **options), "estimate")
     for option in ("invert", "lever_arm"):
         if getattr(settings, option) and not poses.has_rotations:
             raise ValueError(f"--{option} needs rotations, which the estimate lacks")
     return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
 
 
-def first_rows(keys: NDArray[Any], there: Booleans, whose: str) -> Indices:
-    """Return the first row of each key that is there; of time stamps, in their order."""
+def first_rows(keys: NDArray[Any], present: Booleans, whose: str) -> Indices:
+    """Return the first row of each key whose pose is present; of time stamps, in their order."""
     rows = np.arange(len(keys))
     if keys.dtype.kind == "f":
         backwards = np.diff(keys) < 0
@@ -158,7 +161,7 @@ def first_rows(keys: NDArray[Any], there: Booleans, whose: str) -> Indices:
                 f"{keys[row]:.6f} s); sorted"
             )
         rows = np.argsort(keys, kind="stable")
-    rows = rows[there[rows]]
+    rows = rows[present[rows]]
     return rows[np.sort(np.unique(keys[rows], return_index=True)[1])]
 
 

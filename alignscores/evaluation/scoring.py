@@ -181,7 +181,7 @@ def _scores(
             rng=seed,
             unit=matches.unit,
             registration=registration,
-            **settings.of_scores,
+            **settings.pas_options,
         )
         for seed in settings.seeds
     ]

@@ -70,9 +70,9 @@ class Option:
             if not self.numbers:
                 return self._number(value)
             parts = value.split(",") if isinstance(value, str) else value
-            several = tuple(map(self._number, parts))
-            if len(several) == self.numbers.count(",") + 1:
-                return several
+            numbers = tuple(map(self._number, parts))
+            if len(numbers) == self.numbers.count(",") + 1:
+                return numbers
         except (OverflowError, TypeError, ValueError):
             pass
         raise ValueError(f"must be {self._range()}, not {brief(value)}")
@@ -345,8 +345,8 @@ class Settings:
         return math.inf if self.rate == "all" else float(self.rate)
 
     @property
-    def of_scores(self) -> dict[str, Any]:
-        """The options of `pas` that are settings of the same name."""
+    def pas_options(self) -> dict[str, Any]:
+        """The options of `pas` that are settings with the same names."""
         names = "weight", "max_threshold", "max_threshold_deg", "alignment", "up"
         return {name: getattr(self, name) for name in names}
 
@@ -373,16 +373,6 @@ class Settings:
     def est_form(self) -> Format:
         """The format of the estimates."""
         return FORMATS[self.est_format] if self.est_format else self.form
-
-    @property
-    def ref_options(self) -> dict[str, str | None]:
-        """The options of the reference's reader."""
-        return self.form.options(self.ref_topic, self.ref_columns or self.columns)
-
-    @property
-    def est_options(self) -> dict[str, str | None]:
-        """The options of an estimate's reader."""
-        return self.est_form.options(self.est_topic, self.est_columns or self.columns)
 
 
 def order_problem(metrics: Sequence[str], form: Format) -> str:
