@@ -31,8 +31,10 @@ def simulated_scores(poses: Floats, unit: float, settings: Settings) -> dict[str
             true,
             rng=settings.seed,
             unit=unit,
+            weight=settings.weight,
+            max_threshold_deg=settings.max_threshold_deg,
             registration=settings.registration,
-            **settings.pas_options,
+            **settings.tas_options,
         )
         scores.append((result.tas.score, result.ras.score, result.score))
     columns = zip(("TAS", "RAS", "PAS"), np.transpose(scores), strict=True)

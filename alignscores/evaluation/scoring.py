@@ -19,6 +19,7 @@ from ..texts import unique_names
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import FilePath, Trajectory
 from ..trajectories.lever import LeverArm, find_lever_arm, with_lever_arm
+from ..translation import tas
 from ..validation import finite_rows
 from .evaluation import Evaluation, Note, finite_or_none
 from .matching import Matches, check_scorable, match, poses_of_rows, with_time_offset
@@ -174,23 +175,17 @@ def _scores(
     registration: str | Registration = settings.registration
     if registration == "pcr99" and matches.n_poses < matches.matched:  # a pose of several frames
         registration = pcr99
-    results = [
-        pas(
-            matches.gt_poses,
-            matches.est_poses,
-            rng=seed,
-            unit=matches.unit,
-            registration=registration,
-            **settings.pas_options,
-        )
-        for seed in settings.seeds
-    ]
-    first = results[0]
+    gt, est = matches.gt_poses, matches.est_poses
+    options = {"unit": matches.unit, "registration": registration, **settings.tas_options}
+    first, *others = settings.seeds
+    weight, degrees = settings.weight, settings.max_threshold_deg
+    result = pas(gt, est, rng=first, weight=weight, max_threshold_deg=degrees, **options)
     if not has_rotations:
-        errors = np.full_like(first.ras.errors, np.nan)
-        ras = RASResult(errors=errors, thresholds=first.ras.thresholds, alignment=None)
-        first = replace(first, score=math.nan, ras=ras)
-    return first, [result.tas.score for result in results]
+        errors = np.full_like(result.ras.errors, np.nan)
+        ras = RASResult(errors=errors, thresholds=result.ras.thresholds, alignment=None)
+        result = replace(result, score=math.nan, ras=ras)
+    more = [tas(gt[:, :3, 3], est[:, :3, 3], rng=seed, **options).score for seed in others]
+    return result, [result.tas.score, *more]
 
 
 def _half_distance(matches: Matches, settings: Settings) -> float:

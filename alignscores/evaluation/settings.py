@@ -345,10 +345,9 @@ class Settings:
         return math.inf if self.rate == "all" else float(self.rate)
 
     @property
-    def pas_options(self) -> dict[str, Any]:
-        """The options of `pas` that are settings with the same names."""
-        names = "weight", "max_threshold", "max_threshold_deg", "alignment", "up"
-        return {name: getattr(self, name) for name in names}
+    def tas_options(self) -> dict[str, Any]:
+        """The options of `tas` that are the same for each seed and registration."""
+        return {name: getattr(self, name) for name in ("max_threshold", "alignment", "up")}
 
     @property
     def how_aligned(self) -> str:
