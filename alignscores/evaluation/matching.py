@@ -104,13 +104,13 @@ def check_scorable(
     """Raise a ValueError that says what to do where poses are too few, or d is undefined."""
     n_scored = matches.n_poses if settings.missing == "ignore" else len(matches.keys)
     if n_scored < min(4, len(reference.keys)):
-        options = ""
+        options, hint = f"--missing {settings.missing}", ""
         if matches.timed:
-            options = f" (--t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g})"
-            options += unit_hint(reference.keys, estimate.keys)
+            options += f", --t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g}"
+            hint = unit_hint(reference.keys, estimate.keys)
         raise ValueError(
             f"only {matches.n_poses} of {len(estimate.keys)} poses could be matched to the "
-            f"reference, and it takes 4{options}"
+            f"reference, and it takes 4 ({options}){hint}"
         )
     if np.isnan(matches.unit):
         n = len(matches.expected_rows)
