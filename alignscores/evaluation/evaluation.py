@@ -141,7 +141,7 @@ class Evaluation:
     @property
     def has_rotations(self) -> bool:
         """Whether both have rotations; otherwise RAS and PAS are NaN."""
-        return not np.isnan(self.result.ras.errors).all()
+        return self.matches.has_rotations
 
     @property
     def ras(self) -> float:

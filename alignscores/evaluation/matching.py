@@ -47,6 +47,7 @@ class Matches:
     without_reference: Floats  # stamps of `Settings.frames` without a reference pose
     pose_rows: Indices  # every estimated pose that has a reference, each once
     pose_references: Floats  # the reference of each, by time stamps at the pose's own time
+    has_rotations: bool = True  # of both; otherwise they are the identity
 
     @property
     def timed(self) -> bool:

@@ -111,17 +111,15 @@ def score(
     reference, poses = reference.with_rotations(), poses.with_rotations()
     with collected_warnings() as of_estimate:
         poses, t_offset = with_time_offset(reference, poses, settings)
-        matches = match(reference, poses, settings)
+        matches = replace(match(reference, poses, settings), has_rotations=has_rotations)
         check_scorable(reference, poses, matches, settings)
-        poses, lever_arm, body_rotation = _corrected(
-            poses, matches, settings, has_rotations=has_rotations
-        )
+        poses, lever_arm, body_rotation = _corrected(poses, matches, settings)
         matches = replace(matches, est_poses=poses_of_rows(poses, matches.est_rows))
-        result, tas_seeds = _scores(matches, settings, has_rotations=has_rotations)
+        result, tas_seeds = _scores(matches, settings)
         half_distance = _half_distance(matches, settings)
     notes += [Note("estimate", text) for text in of_estimate]
     pairs = _every_pose(matches, poses)
-    metrics, without_value = _metrics(pairs, settings, has_rotations=has_rotations)
+    metrics, without_value = _metrics(matches, pairs, settings)
     evaluation = Evaluation(
         name=name,
         file="" if isinstance(estimate, Trajectory) else str(estimate),
@@ -145,7 +143,7 @@ def score(
 
 
 def _corrected(
-    estimate: Trajectory, matches: Matches, settings: Settings, *, has_rotations: bool
+    estimate: Trajectory, matches: Matches, settings: Settings
 ) -> tuple[Trajectory, LeverArm | None, Floats | None]:
     """Return an estimate of the reference's prism with its camera axes, and what was corrected."""
     lever_arm, body_rotation = None, None
@@ -156,7 +154,7 @@ def _corrected(
         lever_arm = LeverArm(np.array(settings.lever_arm), np.zeros(3))
     if lever_arm is not None:
         estimate = with_lever_arm(estimate, lever_arm.vector)
-    if settings.body_rotation == "auto" and has_rotations:
+    if settings.body_rotation == "auto" and matches.has_rotations:
         mistakes = find_convention(
             matches.pose_references,
             estimate.poses[matches.pose_rows],
@@ -168,9 +166,7 @@ def _corrected(
     return estimate._replace(poses=poses), lever_arm, body_rotation
 
 
-def _scores(
-    matches: Matches, settings: Settings, *, has_rotations: bool
-) -> tuple[PASResult, list[float]]:
+def _scores(matches: Matches, settings: Settings) -> tuple[PASResult, list[float]]:
     """Return the scores at the first seed, NaN without rotations, and the TAS of each seed."""
     registration: str | Registration = settings.registration
     if registration == "pcr99" and matches.n_poses < matches.matched:  # a pose of several frames
@@ -180,7 +176,7 @@ def _scores(
     first, *others = settings.seeds
     weight, degrees = settings.weight, settings.max_threshold_deg
     result = pas(gt, est, rng=first, weight=weight, max_threshold_deg=degrees, **options)
-    if not has_rotations:
+    if not matches.has_rotations:
         errors = np.full_like(result.ras.errors, np.nan)
         ras = RASResult(errors=errors, thresholds=result.ras.thresholds, alignment=None)
         result = replace(result, score=math.nan, ras=ras)
@@ -235,10 +231,13 @@ def _ate(pairs: Pairs, settings: Settings) -> float | None:
 
 
 def _metrics(
-    pairs: Pairs, settings: Settings, *, has_rotations: bool
+    matches: Matches, pairs: Pairs, settings: Settings
 ) -> tuple[dict[str, float], list[Note]]:
     """Return the metrics of other projects that have a value, and why others have none."""
     gt, est, stamps = pairs
+    gt_rotations, est_rotations = (
+        poses[:, :3, :3] if matches.has_rotations else None for poses in (gt, est)
+    )
     values, notes = {}, []
     for name in settings.metrics:
         if metric(name).family in SCORES:
@@ -246,9 +245,9 @@ def _metrics(
         try:
             value = metric(name)(
                 gt[:, :3, 3],
-                gt[:, :3, :3] if has_rotations else None,
+                gt_rotations,
                 est[:, :3, 3],
-                est[:, :3, :3] if has_rotations else None,
+                est_rotations,
                 rng=settings.seed,
                 stamps=stamps,
             )
