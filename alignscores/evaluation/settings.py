@@ -352,14 +352,14 @@ class Settings:
     @property
     def how_aligned(self) -> str:
         """Registration and alignment in words, as tables and plots name them."""
-        kind = {
-            "similarity": f"registration {self.registration}",
-            "rigid": f"registration {self.registration}, aligned without scale",
-            "yaw": f"registration {self.registration}, aligned about the {self.up[-1]} axis, "
-            "without scale",
-            "none": "not aligned",
+        if self.alignment == "none":
+            return "not aligned"
+        removed = {
+            "similarity": "",
+            "rigid": ", aligned without scale",
+            "yaw": f", aligned about the {self.up[-1]} axis, without scale",
         }
-        return kind[self.alignment]
+        return f"registration {self.registration}{removed[self.alignment]}"
 
     @property
     def form(self) -> Format:
