@@ -16,10 +16,7 @@ from .rotation import ras
 from .similarity import least_squares_rmse
 from .translation import tas
 
-__all__ = ["FAMILIES", "LEVELS", "SCORES", "Family", "Metric", "header", "metric", "named"]
-
-
-LEVEL = r"(?P<score>0?\.\d+|1(?:\.0*)?)"
+__all__ = ["FAMILIES", "SCORES", "Family", "Metric", "header", "metric", "named"]
 
 
 def named(
@@ -41,8 +38,8 @@ def _pas(gt: Floats, est: Floats, *, rng: Seed) -> float:
     return pas(gt, est, rng=rng).score
 
 
-def _angle(gt: Floats, est: Floats, *, score: float = 0.5) -> float:
-    return ras_angle(gt[:, :, :3], est[:, :, :3], score)
+def _angle(gt: Floats, est: Floats) -> float:
+    return ras_angle(gt[:, :, :3], est[:, :, :3])
 
 
 def _ate(gt: Floats, est: Floats) -> float:
@@ -90,31 +87,7 @@ SCORES: Sequence[Family] = (
 )
 """What every estimate is given, in the order of tables."""
 
-LEVELS: Sequence[Family] = (
-    Family(
-        "distance@SCORE",
-        "distance@0.25",
-        "smallest unit at which the TAS reaches a score",
-        tas_distance,
-        rf"distance@{LEVEL}",
-        missing="fail",
-        unit="units",
-        rotations=False,
-        random=True,
-    ),
-    Family(
-        "angle@SCORE",
-        "angle@0.25",
-        "smallest range of thresholds at which the RAS reaches a score",
-        _angle,
-        rf"angle@{LEVEL}",
-        missing="fail",
-        unit="deg",
-    ),
-)
-"""The same for any score: by the alignment of the evaluation, as the half-score distance."""
-
-FAMILIES = (*SCORES, *LEVELS, *PROTOCOLS)
+FAMILIES = (*SCORES, *PROTOCOLS)
 
 
 @cache

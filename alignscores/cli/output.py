@@ -9,7 +9,7 @@ from typing import Any
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note, why
 from ..evaluation.settings import Settings
-from ..metrics import LEVELS, SCORES, metric
+from ..metrics import SCORES, metric
 from ..texts import WIDTH, printable
 from ..trajectories.files import FileError
 from ..version import __version__
@@ -80,7 +80,7 @@ def conditions(scored: Sequence[Evaluation]) -> str:
         frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
     if settings.missing == "ignore":
         frames += ", lost ones left out"
-    ours = [metric(name).family in (*SCORES, *LEVELS) for name in settings.metrics]
+    ours = [metric(name).family in SCORES for name in settings.metrics]
     if ours and not any(ours):
         return frames
     aligned = f"alignment: {settings.alignment}"

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from ..evaluation.evaluation import STATUSES, Evaluation
-from ..evaluation.matching import files_below
+from ..evaluation.reading import files_below
 from ..metrics import SCORES
 from ..pages.estimates import page
 from ..protocols.trajectory import STATISTICS

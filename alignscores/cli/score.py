@@ -7,8 +7,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.matching import read_reference, with_format
 from ..evaluation.notes import collected_warnings, reference_notes
+from ..evaluation.reading import read_reference, with_format
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..texts import printable, unique_names

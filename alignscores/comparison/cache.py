@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..evaluation.matching import files_below
+from ..evaluation.reading import files_below
 from ..version import __version__
 
 __all__ = ["file_of"]

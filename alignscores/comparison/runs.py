@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats, Indices
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.matching import read_reference
 from ..evaluation.notes import collected_warnings, why
+from ..evaluation.reading import read_reference
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
-from ..metrics import LEVELS, metric
+from ..metrics import metric
 from ..trajectories.files import FAILURES, FileError, Trajectory
 from ..validation import finite_rows
 from ..writing import write_whole
@@ -168,8 +168,7 @@ def _score(evaluation: Evaluation, name: str) -> float:
     entry = metric(name)
     if entry.family.rotations and not evaluation.has_rotations:
         return math.nan
-    distances = {"half_distance": evaluation.half_distance, **evaluation.metrics}
-    return distances.get(name, math.nan if entry.family in LEVELS else entry.worst)
+    return evaluation.half_distance if name == "half_distance" else entry.worst
 
 
 def _stored(file: Path) -> Outcome | None:

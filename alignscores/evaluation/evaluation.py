@@ -19,11 +19,11 @@ from ..metrics import metric
 from ..pose import PASResult
 from ..similarity import Similarity
 from ..texts import printable
-from ..trajectories.association import Matches
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..trajectories.lever import LeverArm
 from ..validation import finite_rows
+from .matching import Matches
 from .perfect import simulated_scores
 from .settings import Settings
 
@@ -32,9 +32,7 @@ __all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none", "median"]
 STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
 SAMPLE = 1000  # frames from which the chance level is computed
-SHOWN = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ate", "lost"  # in a notebook
-NO_COLUMNS = {"TAS_seeds", "PAS_seeds", "perfect", "alignment", "body_rotation", "lever_arm"}
-NO_COLUMNS |= {"metrics", "notes"}
+NO_COLUMNS = {"TAS_seeds", "perfect", "alignment", "body_rotation", "lever_arm", "metrics", "notes"}
 
 
 @dataclass(frozen=True)
@@ -124,11 +122,10 @@ class Evaluation:
         return f"Evaluation({self.name!r}, {scores}, registration={self.settings.registration!r})"
 
     def _repr_html_(self) -> str:
-        row = self.to_dict()
         cells = [
-            f"<tr><th>{key}</th><td>{row[key]:.4g}</td></tr>"
-            for key in SHOWN
-            if row[key] is not None
+            f"<tr><th>{key}</th><td>{value:.4g}</td></tr>"
+            for key, value in {**self.scores, "lost": self.lost}.items()
+            if value is not None
         ]
         caption = f"<caption>{escape(self.name)} ({escape(self.settings.how_aligned)})</caption>"
         from ..pages.estimates import page
@@ -142,14 +139,9 @@ class Evaluation:
         return statistics.mean(self.tas_seeds)  # exact: the mean of equal values is that value
 
     @property
-    def tas_sd(self) -> float | None:
-        """Standard deviation of the TAS over the seeds; None for a single one."""
-        return _sd(self.tas_seeds)
-
-    @property
     def has_rotations(self) -> bool:
         """Whether both have rotations; otherwise RAS and PAS are NaN."""
-        return not np.isnan(self.result.ras.errors).all()
+        return self.matches.has_rotations
 
     @property
     def ras(self) -> float:
@@ -157,20 +149,9 @@ class Evaluation:
         return self.result.ras.score
 
     @property
-    def pas_seeds(self) -> list[float]:
-        """PAS of each seed."""
-        weight = self.result.weight
-        return [weight * tas + (1 - weight) * self.ras for tas in self.tas_seeds]
-
-    @property
     def pas(self) -> float:
         """Mean of the PAS over the seeds."""
-        return statistics.mean(self.pas_seeds)
-
-    @property
-    def pas_sd(self) -> float | None:
-        """Standard deviation of the PAS over the seeds; None for a single one."""
-        return _sd(self.pas_seeds)
+        return self.result.weight * self.tas + (1 - self.result.weight) * self.ras
 
     @cached_property
     def half_angle(self) -> float:
@@ -216,13 +197,22 @@ class Evaluation:
         settings, matches = self.settings, self.matches
         if settings.reference_sigma is None:
             return None
-        poses = self.reference.with_rotations().poses[matches.expected_rows]
+        poses = self.reference.poses[matches.expected_rows]
         scores = simulated_scores(poses, self.result.tas.unit, settings)
-        names = ("TAS", "RAS", "PAS") if self.has_rotations else ("TAS",)
-        return {
-            name: [float(values.mean()), float(values.min())]
-            for name, values in zip(names, scores, strict=False)
+        return scores if self.has_rotations else {"TAS": scores["TAS"]}
+
+    @property
+    def scores(self) -> dict[str, float | None]:
+        """The scores by their names in JSON; None where one has no value."""
+        values = {
+            "TAS": self.tas,
+            "RAS": self.ras,
+            "PAS": self.pas,
+            "half_distance": self.half_distance,
+            "half_angle": self.half_angle,
+            "ate": self.ate,
         }
+        return {name: finite_or_none(value) for name, value in values.items()}
 
     @property
     def scale(self) -> float | None:
@@ -266,16 +256,8 @@ class Evaluation:
         >>> evaluation.value("half_distance")
         0.0700
         """
-        scores = {
-            "TAS": self.tas,
-            "RAS": self.ras,
-            "PAS": self.pas,
-            "half_distance": self.half_distance,
-            "half_angle": self.half_angle,
-            "ATE": self.ate,
-        }
-        metric_name = metric(name).name
-        return finite_or_none({**self.metrics, **scores}.get(metric_name))
+        values = {**self.metrics, **self.scores, "ATE": self.ate}
+        return values.get(metric(name).name)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the command prints for it with ``--json``.
@@ -297,18 +279,10 @@ class Evaluation:
         return {
             "name": self.name,
             "file": printable(self.file),
-            "TAS": self.tas,
-            "TAS_sd": self.tas_sd,
-            "RAS": finite_or_none(self.ras),
-            "PAS": finite_or_none(self.pas),
-            "PAS_sd": finite_or_none(self.pas_sd),
+            **self.scores,
             "TAS_seeds": self.tas_seeds,
-            "PAS_seeds": self.pas_seeds if self.has_rotations else None,
-            "half_distance": finite_or_none(self.half_distance),
-            "half_angle": finite_or_none(self.half_angle),
             "median_distance": finite_or_none(self.median_distance),
             "median_angle": finite_or_none(self.median_angle),
-            "ate": self.ate,
             "unit": tas.unit,
             "within_unit": float(np.mean(tas.errors < tas.unit)),
             "within_10_deg": float(np.mean(ras.errors < 10.0)) if self.has_rotations else None,
@@ -318,7 +292,6 @@ class Evaluation:
             "perfect": self.perfect,
             "expected": len(matches.expected_rows),
             "matched": matches.matched,
-            "non_finite": matches.non_finite,
             "no_position": int(np.sum(~finite_rows(matches.est_poses[:, :3, 3]))),
             "no_rotation": int(np.sum(~finite_rows(matches.est_poses[:, :3, :3]))),
             "duplicate": matches.duplicate,
@@ -326,7 +299,7 @@ class Evaluation:
             "n_hypotheses": tas.n_hypotheses,
             "scale": self.scale,
             "alignment": _alignment(tas.alignment),
-            "t_offset": self.t_offset if matches.keys.dtype.kind == "f" else None,
+            "t_offset": self.t_offset if matches.timed else None,
             "body_rotation": None if self.body_rotation is None else self.body_rotation.tolist(),
             "lever_arm": None if self.lever_arm is None else self.lever_arm.vector.tolist(),
             "metrics": {name: self.value(name) for name in self.settings.metrics},
@@ -353,7 +326,9 @@ class Evaluation:
         >>> evaluation.to_frame().shape[0]
         1
         """
-        return require("pandas", "tables").DataFrame([self._row()])
+        values = self.to_dict()
+        row = {key: value for key, value in values.items() if key not in NO_COLUMNS}
+        return require("pandas", "tables").DataFrame([{**row, **values["metrics"]}])
 
     def plot(self, kind: str | None = None, *, plot_mode: str | None = None) -> Any:
         """Draw the estimate with Matplotlib.
@@ -408,20 +383,10 @@ class Evaluation:
 
         Path(path).write_text(page([self]), encoding="utf-8")
 
-    def _row(self) -> dict[str, Any]:
-        """Return the names and numbers of `to_dict`, with the metrics."""
-        values = self.to_dict()
-        row = {key: value for key, value in values.items() if key not in NO_COLUMNS}
-        return {**row, **values["metrics"]}
-
 
 def finite_or_none(value: float | None) -> float | None:
     """Return a number, None where it is infinite or NaN, which JSON has not."""
     return value if value is not None and math.isfinite(value) else None
-
-
-def _sd(values: list[float]) -> float | None:
-    return statistics.stdev(values) if len(values) > 1 else None
 
 
 def median(errors: Floats) -> float:

@@ -1,208 +1,358 @@
-"""Reading a reference and an estimate, and matching their poses."""
+"""Which estimated pose belongs to which reference pose: by time, by image name or by row."""
 
-from collections.abc import Iterator
-from dataclasses import replace
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf
 from os import PathLike
-from pathlib import Path
+from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..arrays import Floats
-from ..trajectories.association import Matches, Timing, checked, in_order, match, unit_hint, warn
-from ..trajectories.files import (
-    FileError,
-    FilePath,
-    Trajectory,
-    inverse_poses,
-    read_colmap,
-    read_stamps,
+from ..arrays import Booleans, Floats, Indices
+from ..trajectories.files import Trajectory, read_stamps
+from ..trajectories.files.stamps import time_unit
+from ..trajectories.timeline import (
+    covered_frames,
+    nearest_stamps,
+    reference_at,
+    reference_gap,
+    sampled_rows,
 )
-from ..trajectories.files.colmap import is_model
-from ..trajectories.recognition import recognise
-from ..trajectories.timeline import reference_gap
 from ..trajectories.timing import find_offset
-from ..validation import finite_rows, real_array
+from ..translation import closest_pair_quartile
+from ..validation import finite_rows
+from .reading import KEY_KINDS, first_rows, warn
 from .settings import Settings
 
-__all__ = [
-    "files_below",
-    "in_memory",
-    "match_estimate",
-    "read_estimate",
-    "read_reference",
-    "time_offset",
-    "with_format",
-]
-
-FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in memory are like
+__all__ = ["Matches", "check_scorable", "match", "poses_of_rows", "unit_hint", "with_time_offset"]
 
 
-def files_below(path: str | Path) -> Iterator[Path]:
-    """Yield a file, or the files in a folder and in its sub-folders, sorted."""
-    root = Path(path)
-    if root.is_dir():
-        yield from sorted(file for file in [*root.glob("*"), *root.glob("*/*")] if file.is_file())
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """Reference and estimated poses, row by row the same frame, ready to be scored."""
+
+    keys: NDArray[Any]  # time stamps, image names or row numbers of the reference
+    gt_poses: Floats
+    est_poses: Floats  # not finite where there is none
+    gt_rows: Indices
+    est_rows: Indices  # -1 where there is none
+    expected_rows: Indices  # of the reference, scored or not
+    unit: float  # d of the expected frames, or the given one; NaN where it is undefined
+    unmatched: int  # estimated poses without a reference pose
+    duplicate: int  # estimated poses whose stamp or name another one has first
+    without_reference: Floats  # stamps of `Settings.frames` without a reference pose
+    pose_rows: Indices  # every estimated pose that has a reference, each once
+    pose_references: Floats  # the reference of each, by time stamps at the pose's own time
+    has_rotations: bool = True  # of both; otherwise they are the identity
+
+    @property
+    def timed(self) -> bool:
+        """Whether poses were matched by their time stamps."""
+        return self.keys.dtype.kind == "f"
+
+    @property
+    def matched(self) -> int:
+        """Number of expected frames with an estimated pose, finite or not."""
+        return int(np.sum(self.est_rows >= 0))
+
+    @property
+    def n_poses(self) -> int:
+        """Number of estimated poses that these have."""
+        return len(np.unique(self.est_rows[self.est_rows >= 0]))
+
+
+def match(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
+    """Return the estimated pose of each expected frame of a reference, as `read_reference` has it.
+
+    The expected frames depend on the reference and the settings alone. By time stamps each pose
+    covers half of ``max_gap`` before and after its own time, and more while the reference stands
+    still between two poses: it stays within d and 10 degrees of one of them. A covered frame takes
+    the nearest pose, with the reference at the pose's own time; the other frames are lost. A pose
+    of NaN is none.
+
+    Image names are equal. If no two are, they match by the longest ending of their paths that any
+    two have in common and that is unique, whatever the case and the slashes; at last by the file
+    name without its extension. Whole numbers (of frames, or stamps that are whole) must be equal;
+    where both are mere row numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
+
+    Warn where stamps are not in order, or images do not match by their names. Raise ValueError
+    where nothing matches.
+    """
+    if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
+        matches = _by_time(reference, estimate, settings)
     else:
-        yield root
-
-
-def in_memory(reference: Any, estimate: Any, times: Any = None) -> tuple[Any, Any]:
-    """Return arrays and COLMAP models as trajectories, and paths as they are."""
-    both = {"reference": reference, "estimate": estimate}
-    arrays = {
-        name: real_array(value, name)
-        for name, value in both.items()
-        if not (isinstance(value, (str, PathLike, Trajectory)) or is_model(value))
-    }
-    if times is not None and len(arrays) < 2:
+        matches = _by_key(reference, estimate, settings)
+    if matches.duplicate >= len(estimate.keys) / 10:
+        what = "time stamp" if matches.timed else "name"
         raise ValueError(
-            "times need two arrays of poses; files and Trajectory have their own stamps"
+            f"{matches.duplicate} of {len(estimate.keys)} poses of the estimate have the {what} of "
+            "another one; write stamps with all their digits, and each pose once"
         )
-    stamps = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
-    for (name, poses), own in zip(arrays.items(), stamps, strict=False):
-        keys = np.arange(len(poses)) if own is None else real_array(own, "times")
-        both[name] = Trajectory(keys, poses)
-    for name, value in both.items():
-        if isinstance(value, Trajectory):
-            both[name] = checked(value, name)
-        elif is_model(value):
-            both[name] = read_colmap(value)
-    return both["reference"], both["estimate"]
+    if settings.missing == "fail":
+        return matches
+    scored = matches.est_rows >= 0
+    names = "keys", "gt_poses", "est_poses", "gt_rows", "est_rows"
+    return replace(matches, **{name: getattr(matches, name)[scored] for name in names})
 
 
-def with_format(settings: Settings, reference: Any, *estimates: Any) -> Settings:
-    """Return the settings with the formats of reference and estimates, as far as they are open."""
-    if settings.format is not None:
-        return settings
-    form = _format_of(reference, settings.ref_columns or settings.columns)
-    if settings.est_format is not None:
-        return replace(settings, format=form)
-    first, *others = estimates
-    est_columns = settings.est_columns or settings.columns
-    est_form = _format_of(first, est_columns)
-    for file in others:
-        if _format_of(file, est_columns) != est_form:
-            raise FileError(file, f"is not in the format of {first}, {est_form}; score it apart")
-    return replace(settings, format=form, est_format=None if est_form == form else est_form)
-
-
-def _format_of(trajectory: Any, columns: str | None) -> str:
-    """Return the format of a file, or the one that a trajectory in memory is like."""
-    if isinstance(trajectory, Trajectory):
-        return FORMAT_OF_KEYS[trajectory.keys.dtype.kind]
-    return recognise(trajectory, columns)
-
-
-def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
-    """Return the finite poses of the reference in the order of time, without duplicates.
-
-    Warn where it has no pose for more than one percent, since nothing is expected there.
-    """
-    if not isinstance(reference, Trajectory):
-        reference = settings.form.read(reference, **settings.ref_options)
-    truth = in_order(reference)
-    if not truth.has_rotations:
-        warn("the reference has no rotations: RAS and PAS have no value")
-    if timed := truth.keys.dtype.kind == "f":
-        gaps = np.diff(truth.keys)
-        gap = reference_gap(truth.keys, settings.frames_per_second)
-        absent = float(gaps[gaps > gap].sum() / gaps.sum()) if len(gaps) else 0.0
-    else:
-        absent = float(1 - np.mean(finite_rows(truth.with_rotations().poses)))
-    if absent > 0.01:
-        what = "time" if timed else "cameras"
-        warn(f"the reference has no pose for {absent:.1%} of the {what}; nothing is expected there")
-    return truth
-
-
-def read_estimate(
-    reference: Trajectory, estimate: FilePath | Trajectory, settings: Settings
-) -> Trajectory:
-    """Return an estimate, camera-to-world; of several models in a folder the largest one.
-
-    A model with the poses of the reference is the reference itself.
-    """
-    form = settings.est_form
-    if isinstance(estimate, Trajectory):
-        poses = checked(estimate, "estimate")
-    elif form.read_parts:
-        models = form.read_parts(estimate)
-        others = [
-            name for name, one in models.items() if not np.array_equal(one.poses, reference.poses)
-        ]
-        name = max(others or models, key=lambda name: len(models[name].keys))
-        poses = models[name]
-        if len(models) > 1:
-            largest = "the largest" if len(others) in (0, len(models)) else "not the reference"
-            warn(f"{estimate}: has {len(models)} models; {name}, {largest}, is scored")
-    else:
-        poses = form.read(estimate, **settings.est_options)
-    if settings.invert and not poses.has_rotations:
-        raise ValueError("--invert needs rotations, which the estimate lacks")
-    return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
-
-
-def match_estimate(
-    reference: Trajectory, estimate: Trajectory, settings: Settings, t_offset: float
-) -> Matches:
-    """Match an estimate whose stamps have the offset, which is added to `frames` alone.
-
-    Where too few poses are matched, the error has the options that matter.
-    """
-    timed = settings.form.timed
-    if timed and reference.keys.dtype.kind == estimate.keys.dtype.kind == "U":
-        raise ValueError(f"format={settings.format} has time stamps, not names: leave it out")
-    timing = Timing(
-        t_max_diff=settings.t_max_diff,
-        sync=settings.sync,
-        max_gap=settings.max_gap,
-        rate=settings.frames_per_second,
-        frames=None if settings.frames is None else _stamps(settings.frames) + t_offset,
-        t_start=settings.t_start,
-        t_end=settings.t_end,
-    )
-    matches = match(reference, estimate, timing, missing=settings.missing, unit=settings.unit)
+def check_scorable(
+    reference: Trajectory, estimate: Trajectory, matches: Matches, settings: Settings
+) -> None:
+    """Raise a ValueError that says what to do where poses are too few, or d is undefined."""
     n_scored = matches.n_poses if settings.missing == "ignore" else len(matches.keys)
     if n_scored < min(4, len(reference.keys)):
-        shown = ["missing"]
-        shown += ["t_max_diff", "t_offset", "max_gap", "t_start", "t_end"] if timed else []
-        options = {name: getattr(settings, name) for name in shown}
-        words = ", ".join(f"--{key} {value}" for key, value in options.items() if value is not None)
-        hint = unit_hint(reference.keys, estimate.keys) if timed else ""
+        options, hint = f"--missing {settings.missing}", ""
+        if matches.timed:
+            options += f", --t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g}"
+            hint = unit_hint(reference.keys, estimate.keys)
         raise ValueError(
             f"only {matches.n_poses} of {len(estimate.keys)} poses could be matched to the "
-            f"reference, and it takes 4{words and f' ({words})'}{hint}"
+            f"reference, and it takes 4 ({options}){hint}"
         )
-    return matches
+    if np.isnan(matches.unit):
+        n = len(matches.expected_rows)
+        reason = (
+            f"the reference has {n} of the 4 poses that it takes"
+            if n < 4
+            else "at least three quarters of the reference poses coincide with another one"
+        )
+        raise ValueError(f"d cannot be derived: {reason}; --unit sets it")
 
 
-def _stamps(frames: FilePath | Floats | tuple[float, ...]) -> Floats:
-    """Return the stamps of the expected frames, from a file or as they are."""
-    return read_stamps(frames) if isinstance(frames, (str, PathLike)) else np.array(frames)
-
-
-def time_offset(
+def with_time_offset(
     reference: Trajectory, estimate: Trajectory, settings: Settings
 ) -> tuple[Trajectory, float]:
-    """Return an estimate with the offset added to its stamps, and the offset."""
-    estimate = checked(estimate, "estimate")
-    if estimate.keys.dtype.kind != "f":
+    """Return an estimate with the clock of the reference, and the seconds that were added."""
+    if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
         return estimate, 0.0
-    offset = settings.t_offset
-    if offset == "auto":
-        offset = _found_offset(reference, estimate)
-    return estimate._replace(keys=estimate.keys + float(offset)), float(offset)
-
-
-def _found_offset(reference: Trajectory, estimate: Trajectory) -> float:
-    """Return the offset at which the motions fit; 0 where none is certain."""
-    offset = find_offset(reference, estimate, anywhere=True)
-    if offset and offset.certain:
-        return offset.seconds
-    if estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
+    if settings.t_offset != "auto":
+        seconds = float(settings.t_offset)
+    elif (offset := find_offset(reference, estimate, anywhere=True)) and offset.certain:
+        seconds = offset.seconds
+    elif estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
         raise ValueError(
             "no time offset makes its motions fit the reference's; --t_offset X sets one"
             f"{unit_hint(reference.keys, estimate.keys)}"
         )
-    return 0.0
+    else:
+        seconds = 0.0
+    return estimate._replace(keys=estimate.keys + seconds), seconds
+
+
+def poses_of_rows(estimate: Trajectory, rows: Indices) -> Floats:
+    """Return the poses of an estimate in some rows; NaN for a row of -1."""
+    return np.where((rows >= 0)[:, None, None], estimate.poses[rows], np.nan)
+
+
+def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -> str:
+    """Return the end of a message, which says whose stamps are not in seconds, if any are not."""
+    for name, stamps in (("reference", ref_stamps), (whose, est_stamps)):
+        if (unit := time_unit(stamps)) != "seconds":
+            return f"; the stamps of the {name} seem to be in {unit}: write them in seconds"
+    return ""
+
+
+def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
+    """Find the pose that covers each expected frame."""
+    rows, without_reference = _expected_rows(reference.keys, settings)
+    frames = Trajectory(reference.keys[rows], reference.poses[rows])
+    unit = _unit(frames.poses, settings)
+
+    present = _present(estimate.poses)
+    all_rows = first_rows(estimate.keys, present, "estimate")
+    stamps = estimate.keys[all_rows]
+    interpolated = settings.sync == "interpolate"
+    gap = reference_gap(reference.keys, settings.frames_per_second) if interpolated else 0.0
+    t_max_diff = settings.t_max_diff
+    at_poses, has_reference = reference_at(reference, stamps, gap=gap, t_max_diff=t_max_diff)
+    if not has_reference.any():
+        raise _nothing_in_common(reference.keys, stamps, t_max_diff)
+    est_rows, at_poses = all_rows[has_reference], at_poses[has_reference]
+    nearest, covered = covered_frames(
+        frames,
+        Trajectory(estimate.keys[est_rows], at_poses),
+        reach=max(t_max_diff, settings.max_gap / 2),
+        unit=np.nan_to_num(unit) if settings.max_gap > 0 else -1.0,  # within which no frame is
+    )
+    if not covered.any():
+        raise _nothing_in_common(frames.keys, stamps, t_max_diff)
+    covering = np.where(covered, est_rows[nearest], -1)
+    within = _is_expected(estimate.keys[est_rows], settings)
+    return Matches(
+        keys=frames.keys,
+        gt_poses=np.where(covered[:, None, None], at_poses[nearest], frames.poses),
+        est_poses=poses_of_rows(estimate, covering),
+        gt_rows=rows,
+        est_rows=covering,
+        expected_rows=rows,
+        unit=unit,
+        unmatched=len(all_rows) - len(est_rows),
+        duplicate=int(present.sum()) - len(all_rows),
+        without_reference=without_reference,
+        pose_rows=est_rows[within],
+        pose_references=at_poses[within],
+    )
+
+
+def _expected_rows(ref_stamps: Floats, settings: Settings) -> tuple[Indices, Floats]:
+    """Return the rows of the reference that are expected, and the frames that have none."""
+    if settings.frames is None:
+        rows, without_reference = sampled_rows(ref_stamps, settings.frames_per_second), np.empty(0)
+    else:
+        rows, without_reference = _rows_of_frames(ref_stamps, settings)
+    rows = rows[_is_expected(ref_stamps[rows], settings)]
+    if len(rows) == 0:
+        limits = {"t_start": settings.t_start, "t_end": settings.t_end}
+        shown = " and ".join(f"{name} {at:.6f} s" for name, at in limits.items() if at is not None)
+        raise ValueError(
+            f"no reference pose is expected with {shown}: the reference goes from "
+            f"{ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s"
+        )
+    return rows, without_reference
+
+
+def _rows_of_frames(ref_stamps: Floats, settings: Settings) -> tuple[Indices, Floats]:
+    """Return the rows of the reference nearest to the frames, and the frames that have none."""
+    frames = settings.frames
+    stamps = read_stamps(frames) if isinstance(frames, (str, PathLike)) else np.array(frames)
+    stamps = np.unique(stamps + float(settings.t_offset))
+    nearest, distance = nearest_stamps(ref_stamps, stamps)
+    near = distance <= settings.t_max_diff
+    if not near.any():
+        raise ValueError(
+            f"no expected frame has a reference pose: the frames go from {stamps[0]:.6f} to "
+            f"{stamps[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
+            f"(t_max_diff {settings.t_max_diff:g} s){unit_hint(ref_stamps, stamps, 'frames')}"
+        )
+    return np.unique(nearest[near]), stamps[~near]
+
+
+def _is_expected(stamps: Floats, settings: Settings) -> Booleans:
+    """Return which stamps are from the first to the last time that is expected."""
+    low = -inf if settings.t_start is None else settings.t_start
+    high = inf if settings.t_end is None else settings.t_end
+    return np.asarray((stamps >= low) & (stamps <= high))
+
+
+def _present(poses: Floats) -> Booleans:
+    """Return which poses are not all NaN, which is no pose; all of them where all are NaN."""
+    present = ~np.asarray(np.isnan(poses[:, :3]).all(axis=(1, 2)))
+    return present if present.any() else ~present
+
+
+def _unit(poses: Floats, settings: Settings) -> float:
+    """Return d of the poses unless it is set; NaN where it is undefined."""
+    if settings.unit is not None:
+        return settings.unit
+    try:
+        return closest_pair_quartile(poses[:, :3, 3])
+    except ValueError:
+        return np.nan
+
+
+def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float) -> ValueError:
+    """Return the error of an estimate without a pose near one of the reference."""
+    hint = unit_hint(ref_stamps, est_stamps)
+    inside = est_stamps[(est_stamps >= ref_stamps[0]) & (est_stamps <= ref_stamps[-1])]
+    if not hint and not len(inside):
+        hint = "; if their clocks differ, --t_offset auto finds the offset"
+    elif not hint:
+        distance = float(np.median(nearest_stamps(ref_stamps, inside)[1]))
+        hint = (
+            f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves the "
+            "stamps of the estimate, a larger --t_max_diff accepts them"
+        )
+    return ValueError(
+        f"no time stamps in common: the reference goes from {ref_stamps[0]:.6f} to "
+        f"{ref_stamps[-1]:.6f} s, the estimate from {est_stamps[0]:.6f} to {est_stamps[-1]:.6f} s "
+        f"(t_max_diff {t_max_diff:g} s){hint}"
+    )
+
+
+def _by_key(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
+    """Find the pose of the same image, frame or row."""
+    ref_keys, est_keys = reference.keys, estimate.keys
+    if {ref_keys.dtype.kind, est_keys.dtype.kind} == {"f", "i"}:
+        ref_keys, est_keys = _numbers(ref_keys), _numbers(est_keys)
+    kinds = ref_keys.dtype.kind, est_keys.dtype.kind
+    if kinds[0] != kinds[1]:
+        raise ValueError(
+            f"the reference has {KEY_KINDS[kinds[0]]}, the estimate {KEY_KINDS[kinds[1]]}: write "
+            "a column of the same kind into both (--columns names it)"
+        )
+    rows = first_rows(est_keys, np.ones(len(est_keys), dtype=bool), "estimate")
+    partners = _partners(ref_keys, est_keys[rows])
+    est_rows = np.where(partners >= 0, rows[partners], -1)
+    expected = np.flatnonzero(finite_rows(reference.poses))
+    gt_poses, est_rows = reference.poses[expected], est_rows[expected]
+    return Matches(
+        keys=ref_keys[expected],
+        gt_poses=gt_poses,
+        est_poses=poses_of_rows(estimate, est_rows),
+        gt_rows=expected,
+        est_rows=est_rows,
+        expected_rows=expected,
+        unit=_unit(gt_poses, settings),
+        unmatched=len(rows) - int(np.sum(partners >= 0)),
+        duplicate=len(est_keys) - len(rows),
+        without_reference=np.empty(0),
+        pose_rows=est_rows[est_rows >= 0],
+        pose_references=gt_poses[est_rows >= 0],
+    )
+
+
+def _numbers(keys: NDArray[Any]) -> NDArray[Any]:
+    """Return the numbers of frames that time stamps are if they are whole."""
+    numbers = np.round(keys)
+    return numbers.astype(np.int64) if (numbers == keys).all() else keys
+
+
+def _partners(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> Indices:
+    """Return the index of the estimate's key for each of the reference; -1 where it has none."""
+    n, names = len(ref_keys), ref_keys.dtype.kind == "U"
+    if not names and all(
+        np.array_equal(keys, np.arange(len(keys))) for keys in (ref_keys, est_keys)
+    ):
+        if n != len(est_keys):
+            raise ValueError(
+                f"the reference has {n} poses, the estimate {len(est_keys)}: without "
+                "stamps or names they correspond row by row, so their number must be the same "
+                "(write a row of nan for each frame that was lost)"
+            )
+        return np.arange(n)
+    ref, est = ref_keys.tolist(), est_keys.tolist()
+    pairs = _unique_pairs(ref, est)
+    if names and not pairs and (pairs := _pairs_by_ending(ref, est)):
+        first, second = pairs[0]
+        warn(f"images are matched by the end of their path: {ref[first]!r} and {est[second]!r}")
+    if not pairs:
+        raise ValueError(
+            f"no {'image names' if names else 'frame numbers'} in common: the reference has "
+            f"{ref[0]!r}, the estimate {est[0]!r}, for example"
+        )
+    partners = np.full(n, -1)
+    rows, partners_of_rows = np.transpose(pairs)
+    partners[rows] = partners_of_rows
+    return partners
+
+
+def _pairs_by_ending(ref: Sequence[str], est: Sequence[str]) -> list[tuple[int, int]]:
+    """Return pairs by the longest unique ending of paths, otherwise by name without extension."""
+    paths = [[re.split(r"[\\/]", name.casefold()) for name in names] for names in (ref, est)]
+    for length in range(max(len(path) for of in paths for path in of), 0, -1):
+        if pairs := _unique_pairs(*([tuple(path[-length:]) for path in of] for of in paths)):
+            return pairs
+    return _unique_pairs(*([PurePosixPath(path[-1]).stem for path in of] for of in paths))
+
+
+def _unique_pairs(ref_keys: Sequence[Any], est_keys: Sequence[Any]) -> list[tuple[int, int]]:
+    """Return the positions of equal keys, of those that occur once."""
+    once = [
+        {key: row for row, key in enumerate(keys) if count[key] == 1}
+        for keys, count in ((keys, Counter(keys)) for keys in (ref_keys, est_keys))
+    ]
+    return [(row, once[1][key]) for key, row in once[0].items() if key in once[1]]

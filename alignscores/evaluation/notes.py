@@ -8,14 +8,13 @@ from contextlib import contextmanager
 import numpy as np
 
 from ..arrays import Booleans, Floats
-from ..averaging import rotation_angles
 from ..texts import printable
-from ..trajectories.association import unit_hint
 from ..trajectories.conventions import describe_rotation, find_convention
 from ..trajectories.files import TrajectoryWarning
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .evaluation import Evaluation, Note
+from .matching import unit_hint
 from .settings import Settings
 
 __all__ = [
@@ -27,10 +26,9 @@ __all__ = [
     "why",
 ]
 
-MUCH_LOST = 0.1  # share of the reference that is noted where it is not scored
-SOME = 0.1  # share of the frames that is a reason for a low score
+OWN = AlignmentWarning, TrajectoryWarning
+SOME = 0.1  # share of the frames that is worth a word
 MIN_POSES = 20  # fewer can fit by chance
-APART_DEG = 5.0  # angle between the two alignments that is noted
 
 
 def why(error: Exception) -> str:
@@ -45,30 +43,28 @@ def collected_warnings() -> Iterator[list[str]]:
     """Collect the library's own warnings as notes; others are issued as usual."""
     notes: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
-        for category in (AlignmentWarning, TrajectoryWarning):
+        for category in OWN:
             warnings.simplefilter("always", category)
         try:
             yield notes
         finally:
-            kinds = AlignmentWarning, TrajectoryWarning
-            own = [warning for warning in caught if issubclass(warning.category, kinds)]
-            others = [warning for warning in caught if warning not in own]
-            notes += dict.fromkeys(printable(str(warning.message)) for warning in own)
-    for warning in others:
-        warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+            own = [str(one.message) for one in caught if issubclass(one.category, OWN)]
+            notes += dict.fromkeys(map(printable, own))
+    for one in caught:
+        if not issubclass(one.category, OWN):
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
 def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
     """Return the notes on scores; with `check` those on mistakes and low scores, too."""
-    timed = evaluation.estimate.keys.dtype.kind == "f"
-    kinds = [unmatched_images]
-    if timed:
-        kinds = [unmatched_poses, left_out_frames, duplicates, few_poses, ignored_time, chance]
+    kinds = [unmatched]
+    if evaluation.matches.timed:
+        kinds += [left_out_frames, duplicates, few_poses, ignored_time, chance]
     kinds += [lever_arm, indistinguishable]
-    if check:
-        kinds.append(clock)
+    if check and evaluation.matches.timed:
+        kinds += [clock]
     if check and evaluation.has_rotations:
-        kinds += [convention, alignments_apart, low_score]
+        kinds += [convention, low_score]
     return [note for kind in kinds if (note := kind(evaluation))]
 
 
@@ -81,27 +77,19 @@ def lever_arm(evaluation: Evaluation) -> Note | None:
     return Note("lever_arm", f"lever arm {vector} (standard errors {errors}) found and applied")
 
 
-def unmatched_images(evaluation: Evaluation) -> Note | None:
-    """Note images that the reference does not have."""
-    matches, n = evaluation.matches, len(evaluation.estimate.keys)
-    if not matches.unmatched:
+def unmatched(evaluation: Evaluation) -> Note | None:
+    """Note images that the reference does not have, or more than a few poses by time stamps."""
+    matches, keys = evaluation.matches, evaluation.estimate.keys
+    if matches.unmatched <= (len(keys) / 10 if matches.timed else 0):
         return None
-    text = f"{matches.unmatched} of {n} images are not in the reference; left out"
-    if matches.matched == len(matches.expected_rows):
-        text += " (it has all of the reference's, too: the reference comes first)"
-    return Note("unmatched", text)
-
-
-def unmatched_poses(evaluation: Evaluation) -> Note | None:
-    """Note more than a few poses without a reference pose."""
-    unmatched, stamps = evaluation.matches.unmatched, evaluation.estimate.keys
-    if unmatched <= len(stamps) / 10:
-        return None
-    return Note(
-        "unmatched",
-        f"{unmatched} of {len(stamps)} poses have no reference pose near them in time"
-        f"{unit_hint(evaluation.reference.keys, stamps)}",
-    )
+    if matches.timed:
+        hint = unit_hint(evaluation.reference.keys, keys)
+        where = f"poses have no reference pose near them in time{hint}"
+    else:
+        where = "images are not in the reference; left out"
+        if matches.matched == len(matches.expected_rows):
+            where += " (it has all of the reference's, too: the reference comes first)"
+    return Note("unmatched", f"{matches.unmatched} of {len(keys)} {where}")
 
 
 def left_out_frames(evaluation: Evaluation) -> Note | None:
@@ -127,7 +115,7 @@ def few_poses(evaluation: Evaluation) -> Note | None:
 
 def ignored_time(evaluation: Evaluation) -> Note | None:
     """Note much time without a pose that --missing ignore leaves out."""
-    if evaluation.lost <= MUCH_LOST or evaluation.settings.missing != "ignore":
+    if evaluation.lost <= SOME or evaluation.settings.missing != "ignore":
         return None
     text = f"only {1 - evaluation.lost:.0%} of the time is scored, since the rest has no pose"
     return Note("ignored", text, "--missing fail counts it as failures")
@@ -160,8 +148,6 @@ def indistinguishable(evaluation: Evaluation) -> Note | None:
 
 def clock(evaluation: Evaluation) -> Note | None:
     """Note the offset of the clocks that was added, or that there seems to be one."""
-    if evaluation.reference.keys.dtype.kind != "f":
-        return None
     if evaluation.settings.t_offset == "auto":
         added = evaluation.t_offset
         text = "no time offset added: none makes its motions fit clearly better"
@@ -218,56 +204,22 @@ def convention(evaluation: Evaluation) -> Note | None:
     return Note("frame", f"{frame} ({gain})", "--body_rotation auto removes it") if frame else None
 
 
-def alignments_apart(evaluation: Evaluation) -> Note | None:
-    """Note that positions and rotations are aligned by different rotations, if both fit theirs."""
-    tas, ras = evaluation.result.tas, evaluation.result.ras
-    if tas.alignment is None or ras.alignment is None:
-        return None
-    turn = tas.alignment.rotation.T @ ras.alignment
-    apart = float(rotation_angles(turn[None])[0])
-    has_position = np.isfinite(tas.errors)
-    positions, errors = evaluation.matches.gt_poses[has_position, :3, 3], tas.errors[has_position]
-    if apart <= APART_DEG or evaluation.median_angle > APART_DEG:
-        return None
-    if evaluation.matches.n_poses < MIN_POSES:
-        return None
-    if not _fix_rotation(positions, errors):
-        return None
-    return Note(
-        "apart",
-        f"the rotations that align positions and rotations differ by {apart:.1f} degrees, "
-        "which no score penalises",
-        "check the calibration between camera and body",
-    )
-
-
-def _fix_rotation(positions: Floats, errors: Floats) -> bool:
-    """Return whether positions are far enough from a line to fix a rotation despite errors."""
-    if len(positions) < 3:
-        return False
-    spread = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
-    distance = spread[1] / np.sqrt(len(positions))
-    return bool(np.median(errors) < np.sin(np.radians(APART_DEG)) * distance)
-
-
 def low_score(evaluation: Evaluation) -> Note | None:
     """Note why a PAS is below one half: frames without a pose, positions, or rotations."""
     if evaluation.pas >= 0.5:
         return None
     tas, ras, matches = evaluation.result.tas, evaluation.result.ras, evaluation.matches
-    timed = matches.keys.dtype.kind == "f"
     far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
     turned = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
     reasons = []
     if evaluation.lost > SOME:
-        of = "time" if timed else "frames"
+        of = "time" if matches.timed else "frames"
         reasons.append(f"{evaluation.lost:.0%} of the {of} without a pose")
     if np.mean(far) > SOME:
-        where = _stretch(matches.keys - evaluation.reference.keys[0], far) if timed else ""
+        where = _stretch(matches.keys - evaluation.reference.keys[0], far) if matches.timed else ""
         reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")
-    limit, share = f"more than {ras.thresholds[-1]:g} degrees", np.mean(turned)
-    bad = f"{share:.0%} of the rotations off by {limit}"
-    reasons.append(bad if share > SOME else "rotations fine")
+    bad = f"{np.mean(turned):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
+    reasons.append(bad if np.mean(turned) > SOME else "rotations fine")
     return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
 
 
@@ -284,7 +236,7 @@ def _stretch(seconds: Floats, far: Booleans) -> str:
 
 def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
     """Return the notes on a reference: time at its ends that no estimate covers."""
-    matches = [one.matches for one in evaluations if one.matches.keys.dtype.kind == "f"]
+    matches = [one.matches for one in evaluations if one.matches.timed]
     return ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
 
 

@@ -17,7 +17,6 @@ from ..protocols import split_names
 from ..registration import REGISTRATIONS
 from ..similarity import ALIGNMENTS, UP
 from ..texts import brief, printable
-from ..trajectories.association import MISSING, SYNCS
 from ..trajectories.files import FilePath, parse_columns
 from ..trajectories.formats import FORMATS, Format
 
@@ -44,13 +43,15 @@ class Option:
     timed: bool = False  # of formats with time stamps alone
     topics: bool = False  # of formats with topics alone
     tables: bool = False  # of text tables alone
-    numbers: str = ""  # such as "X,Y,Z": so many numbers, or a text of them with commas
+    numbers: str = ""  # such as "X,Y,Z": so many of them, or a text with commas
 
     @property
     def type(self) -> str:
         """The type of a value, as docstrings write it."""
-        kind = "bool" if self.flag else self.number.__name__ if self.number else "str"
-        if self.choices:
+        kind = self.number.__name__ if self.number and not self.numbers else "str"
+        if self.flag:
+            kind = "bool"
+        elif self.choices:
             kind = f"{{{', '.join(map(repr, self.choices))}}}"
         kind += "".join(f" or {word!r}" for word in self.words)
         return f"{kind}, optional" if self.optional else kind
@@ -63,38 +64,34 @@ class Option:
             raise ValueError(f"must be one of {', '.join(self.choices)}, not {brief(value)}")
         if self.flag and not isinstance(value, bool):
             raise ValueError(f"must be true or false, not {brief(value)}")
-        if self.numbers:
-            return self._several(value)
         if self.number is None:
             return value
-        number = value
-        if isinstance(value, str):
-            with suppress(ValueError):
-                number = self.number(value)
-        if not self._is_possible(number):
-            raise ValueError(f"must be {self._range()}, not {brief(value)}")
-        return self.number(number)
-
-    def _several(self, value: Any) -> tuple[float, ...]:
-        """Return numbers, also of a text."""
-        with suppress(TypeError, ValueError):
-            numbers = tuple(map(float, value.split(",") if isinstance(value, str) else value))
-            if len(numbers) == self.numbers.count(",") + 1 and all(map(self._is_possible, numbers)):
+        try:
+            if not self.numbers:
+                return self._number(value)
+            parts = value.split(",") if isinstance(value, str) else value
+            numbers = tuple(map(self._number, parts))
+            if len(numbers) == self.numbers.count(",") + 1:
                 return numbers
-        raise ValueError(f"must be {self.numbers}, each {self._range()}, not {brief(value)}")
+        except (OverflowError, TypeError, ValueError):
+            pass
+        raise ValueError(f"must be {self._range()}, not {brief(value)}")
 
-    def _is_possible(self, value: Any) -> bool:
-        kinds = (int, np.integer) if self.number is int else (int, float, np.integer, np.floating)
-        if isinstance(value, bool) or not isinstance(value, kinds):
-            return False
-        with suppress(OverflowError):  # a whole number beyond all floats
-            return math.isfinite(value) and bool(
-                self.least <= value <= self.most and not (self.positive and value == 0)
-            )
-        return False
+    def _number(self, value: Any) -> float:
+        """Return a number within the bounds, also of a text; raise an error of any other value."""
+        whole = isinstance(value, (str, int, np.integer)) and not isinstance(value, bool)
+        fraction = isinstance(value, (float, np.floating)) and self.number is float
+        if not (whole or fraction):
+            raise TypeError
+        number = int(value) if self.number is int else float(value)
+        possible = math.isfinite(number) and self.least <= number <= self.most
+        if not possible or (self.positive and number == 0):
+            raise ValueError
+        return number
 
     def _range(self) -> str:
         kind = "a whole number" if self.number is int else "a finite number"
+        kind = f"{self.numbers}, each {kind}" if self.numbers else kind
         if self.positive:
             bound = " above 0"
         elif self.most < math.inf:
@@ -159,7 +156,9 @@ class Settings:
     ref_columns: str | None = _matching(None, "the same, for the reference alone", tables=True)
     est_columns: str | None = _matching(None, "the same, for the estimates alone", tables=True)
     missing: str = _matching(
-        "fail", "frames without a pose count as failures, or are ignored", choices=MISSING
+        "fail",
+        "frames without a pose count as failures, or are ignored",
+        choices=("fail", "ignore"),
     )
     t_max_diff: float = _seconds(
         0.01, "largest difference between matched time stamps, in s", least=0
@@ -167,7 +166,7 @@ class Settings:
     sync: str = _matching(
         "interpolate",
         "compare a pose with the reference interpolated at its time, or with its nearest pose",
-        choices=SYNCS,
+        choices=("interpolate", "nearest"),
         timed=True,
     )
     rate: float | str = _matching(
@@ -209,6 +208,7 @@ class Settings:
         None,
         "X,Y,Z: position of the reference's prism or antenna in the estimate's body frame; auto: "
         "find it with the alignment",
+        number=float,
         numbers="X,Y,Z",
         words=("auto",),
     )
@@ -238,6 +238,7 @@ class Settings:
         "X,DEG: standard deviations of the reference, of positions on each axis in its unit and "
         "of rotations about each axis; adds the score of a perfect estimate, and a note if the "
         "estimate is not distinguishable from it",
+        number=float,
         numbers="X,DEG",
         least=0,
     )
@@ -300,21 +301,20 @@ class Settings:
         >>> Settings(format="tum", max_gap=2).to_dict()["max_gap"]
         2.0
         """
-        lacking = [name for name, option in options().items() if option.timed]
-        values = {name: getattr(self, name) for name in options() if name != "metrics"}
-        values |= dict.fromkeys(lacking if not self.form.timed else ())
-        values |= {
-            "est_format": self.est_format or self.format,
-            "up": self.up if self.alignment == "yaw" else None,
-            "repeat": len(self.seeds),
+        values = {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in vars(self).items()
+            if name != "metrics"
         }
-        for name, option in options().items():
-            if option.numbers and isinstance(values[name], tuple):
-                values[name] = list(values[name])
+        if not self.form.timed:
+            values |= {name: None for name, option in options().items() if option.timed}
         if self.frames is not None:
             values["rate"] = None
-            if isinstance(self.frames, (str, PathLike)):
-                values["frames"] = printable(str(self.frames))
+        if isinstance(self.frames, (str, PathLike)):
+            values["frames"] = printable(str(self.frames))
+        values["est_format"] = self.est_format or self.format
+        values["up"] = self.up if self.alignment == "yaw" else None
+        values["repeat"] = len(self.seeds)
         return values
 
     def _check_format(self) -> None:
@@ -345,16 +345,21 @@ class Settings:
         return math.inf if self.rate == "all" else float(self.rate)
 
     @property
+    def tas_options(self) -> dict[str, Any]:
+        """The options of `tas` that are the same for each seed and registration."""
+        return {name: getattr(self, name) for name in ("max_threshold", "alignment", "up")}
+
+    @property
     def how_aligned(self) -> str:
         """Registration and alignment in words, as tables and plots name them."""
-        kind = {
-            "similarity": f"registration {self.registration}",
-            "rigid": f"registration {self.registration}, aligned without scale",
-            "yaw": f"registration {self.registration}, aligned about the {self.up[-1]} axis, "
-            "without scale",
-            "none": "not aligned",
+        if self.alignment == "none":
+            return "not aligned"
+        removed = {
+            "similarity": "",
+            "rigid": ", aligned without scale",
+            "yaw": f", aligned about the {self.up[-1]} axis, without scale",
         }
-        return kind[self.alignment]
+        return f"registration {self.registration}{removed[self.alignment]}"
 
     @property
     def form(self) -> Format:
@@ -367,16 +372,6 @@ class Settings:
     def est_form(self) -> Format:
         """The format of the estimates."""
         return FORMATS[self.est_format] if self.est_format else self.form
-
-    @property
-    def ref_options(self) -> dict[str, str | None]:
-        """The options of the reference's reader."""
-        return self.form.options(self.ref_topic, self.ref_columns or self.columns)
-
-    @property
-    def est_options(self) -> dict[str, str | None]:
-        """The options of an estimate's reader."""
-        return self.est_form.options(self.est_topic, self.est_columns or self.columns)
 
 
 def order_problem(metrics: Sequence[str], form: Format) -> str:

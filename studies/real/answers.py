@@ -11,13 +11,15 @@ from alignscores.metrics import metric as find
 from experiments.metrics import METRICS
 
 from ..order import trials_needed
-from .scores import ALL_POSES, EQUAL_TIMES, KEYS
+from .scores import ALL_POSES, EQUAL_TIMES, KEYS, QUARTERS
 
 FEWEST = 3  # runs of a system on a sequence
 
 
 def _sign(metric: str) -> int:
     """Return what a metric is multiplied by so that larger is better."""
+    if metric in QUARTERS:
+        return -1
     family = METRICS[metric].family if metric in METRICS else find(metric).family
     return 1 if family.larger_is_better else -1
 

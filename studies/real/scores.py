@@ -12,12 +12,13 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
+from alignscores import ras_angle, tas_distance
 from alignscores.arrays import Floats
 from alignscores.comparison.benchmark import Benchmark, Run, read_yaml
 from alignscores.comparison.comparison import settings_of_run
 from alignscores.evaluation.evaluation import Evaluation
-from alignscores.evaluation.matching import files_below, read_estimate, read_reference
 from alignscores.evaluation.notes import collected_warnings
+from alignscores.evaluation.reading import files_below, read_estimate, read_reference
 from alignscores.evaluation.scoring import score
 from alignscores.evaluation.settings import Settings
 from alignscores.protocols import split_names
@@ -30,7 +31,7 @@ from experiments.command import ConfigError
 from ..study import naming
 
 LIBRARY = (  # of user-supplied files, those that need no order of time first
-    *("TAS", "RAS", "PAS", "half_distance", "half_angle", "distance@0.25", "angle@0.25"),
+    *("TAS", "RAS", "PAS", "half_distance", "half_angle"),
     *("ATE", "are:rmse", "auc@30:vggt", "median:hloc"),
 )
 ORDERED = ("rpe@1f", "rpe@1m:all", "rpe@1m:all:rotation", "rpg@10m", "kitti", "kitti:rotation")
@@ -38,6 +39,10 @@ BASELINES: Mapping[str, Callable[[Floats, Floats], float]] = {  # of the poses t
     "DTE": dte,
     "DRE": lambda gt, est: dre(gt[:, :3, :3], est[:, :3, :3]),
     "mAA": maa,
+}
+QUARTERS: Mapping[str, Callable[[Floats, Floats], float]] = {  # of the frames that are expected
+    "distance@0.25": lambda gt, est: tas_distance(gt[:, :3, 3], est[:, :3, 3], 0.25),
+    "angle@0.25": lambda gt, est: ras_angle(gt[:, :3, :3], est[:, :3, :3], 0.25),
 }
 KEYS = ["sequence", "system", "run", "t_offset", "poses"]
 ALL_POSES = "all"
@@ -96,7 +101,7 @@ def score_sequence(benchmark: Benchmark, sequence: str, *, more: str = "") -> pd
             for run, estimate in tqdm(estimates.items(), desc=sequence, disable=None)
             for row in _rows(run, reference, estimate, settings[run], offsets[run.system])
         ]
-    columns = [*KEYS, *settings[runs[0]].metrics, *BASELINES]
+    columns = [*KEYS, *settings[runs[0]].metrics, *QUARTERS, *BASELINES]
     return pd.DataFrame(rows, columns=columns).dropna(axis="columns", how="all")
 
 
@@ -144,8 +149,10 @@ def _values(scored: Evaluation) -> dict[str, float | None]:
     """Return the value of each metric; none where it has none, infinite where it is."""
     metrics = {"half_distance": scored.half_distance, **scored.metrics}
     values = {name: metrics.get(name, scored.value(name)) for name in scored.settings.metrics}
-    gt, est = _poses(scored)
-    return {**values, **{name: function(gt, est) for name, function in BASELINES.items()}}
+    frames = scored.matches.gt_poses, scored.matches.est_poses
+    values |= {name: function(*frames) for name, function in QUARTERS.items()}
+    poses = _poses(scored)
+    return values | {name: function(*poses) for name, function in BASELINES.items()}
 
 
 def _poses(scored: Evaluation) -> tuple[Floats, Floats]:

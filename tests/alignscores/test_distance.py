@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import AlignmentWarning, evaluate, tas, tas_distance, tas_profile
+from alignscores import AlignmentWarning, tas, tas_distance, tas_profile
 
 
 def noisy(n, lost, sigma, seed):
@@ -77,14 +77,3 @@ def test_nothing_to_align():
         assert tas_distance(gt, np.full_like(gt, np.nan)) == np.inf
     with pytest.warns(AlignmentWarning):
         assert tas_distance(np.ones_like(gt), gt) == np.inf
-
-
-def test_levels_by_name_are_aligned_as_the_half_score_distance(examples):
-    files = [str(examples / "tum" / name) for name in ("reference.txt", "estimate.txt")]
-    for alignment in ("similarity", "rigid"):
-        names = "distance@0.5,distance@.25,angle@0.25,angle@0.5"
-        evaluation = evaluate(*files, format="tum", alignment=alignment, metrics=names)
-        assert evaluation.value("distance@0.5") == evaluation.half_distance
-        assert 0 < evaluation.value("distance@.25") < evaluation.half_distance
-        assert evaluation.value("angle@0.5") == evaluation.half_angle
-        assert 0 < evaluation.value("angle@0.25") < evaluation.half_angle

@@ -158,13 +158,12 @@ def test_folders_of_matrices_are_matched_by_their_numbers(scene, tmp_path, run, 
 
 def test_metrics_of_rotations_have_no_value_without(scene, write, run, examples):
     reference = write(text(*scene["reference"][:2]), "gt.txt")
-    evaluation = evaluate(
-        reference, examples / "tum/estimate.txt", metrics="auc@30:vggt,angle@0.25,ate,TAS"
-    )
+    metrics = "auc@30:vggt,half_angle,ate,TAS"
+    evaluation = evaluate(reference, examples / "tum/estimate.txt", metrics=metrics)
     values = evaluation.to_dict()["metrics"]
     assert [name for name, value in values.items() if value is None] == [
         "auc@30:vggt",
-        "angle@0.25",
+        "half_angle",
     ]
     with pytest.raises(ValueError, match="--invert needs rotations"):
         evaluate(examples / "tum/reference.txt", reference, invert=True)

@@ -3,10 +3,9 @@
 import csv
 import json
 
+from alignscores import evaluate
 from alignscores.metrics import SCORES
 from alignscores.protocols import PROTOCOLS, protocol
-from alignscores.trajectories.association import Timing, match
-from alignscores.trajectories.files import read_tum
 
 from ..conftest import AT_STAMPS, COLMAP, TUM
 
@@ -21,8 +20,8 @@ def test_values(score, run, examples, tmp_path):
     options = ["--metrics", ",".join(names), "--missing", "fail", "--seed", 3, *AT_STAMPS]
     (result,) = score(*TUM, *options, "--save_metrics", path)
     assert list(result["metrics"]) == names
-    both = (read_tum(examples / file) for file in TUM[1:])
-    matches = match(*both, Timing(sync="nearest", max_gap=0.0), missing="fail")
+    files = (examples / file for file in TUM[1:])
+    matches = evaluate(*files, sync="nearest", max_gap=0.0).matches
     poses = matches.gt_poses, matches.est_poses
     arrays = [block for world in poses for block in (world[:, :3, 3], world[:, :3, :3])]
     for name in EXAMPLES:

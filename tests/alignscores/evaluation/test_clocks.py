@@ -85,6 +85,20 @@ def test_motions_that_fit_nowhere_are_refused_if_the_clocks_have_no_time_in_comm
         evaluate(walk(), Trajectory(other.keys + 1000, other.poses), t_offset="auto")
 
 
+def test_frames_that_are_matched_by_their_numbers_have_no_clock():
+    """Whole stamps match frame numbers; an option that adds seconds would change nothing."""
+    truth = walk()
+    reference = Trajectory(np.arange(len(TIMES), dtype=float), truth.poses)
+    shifted = Trajectory(np.arange(len(TIMES)) + 1, truth.poses)
+    for settings in ({}, {"t_offset": "auto"}):
+        found = evaluate(reference, shifted, **settings)
+        assert found.pas < 1
+        assert not any(note.kind == "clock" for note in found.notes)
+    names = Trajectory(np.arange(len(TIMES)).astype(str), truth.poses)
+    with pytest.raises(ValueError, match="the reference has names"):
+        evaluate(names, truth, format="tum", t_offset="auto")
+
+
 def test_real_runs_have_the_offsets_that_are_known(real):
     folder = real / "euroc/V2_02"
     truth = read_tum(folder / "groundtruth.txt")

@@ -170,10 +170,10 @@ STILL = np.tile(np.eye(4), (20, 1, 1))
         (np.where(STAMPS > 0.4, np.nan, STAMPS), STILL, "stamp of pose 6 of the {} is not finite"),
         (np.full(20, 3.0), STILL, "all 20 time stamps of the {} are the same"),
         (STAMPS[:, None], STILL, "the keys of the {} .* not an array of shape"),
-        (STAMPS, STILL[:15], "the poses of the {} .* not of shape"),
+        (STAMPS, STILL[:15], "the poses of the {} must have shape .* not "),
         ([None, *"abc"], STILL[:4], "keys of the {} must be a list of .* type object"),
-        (STAMPS, STILL.astype(str), "the poses of the {} must be numbers"),
-        (STAMPS, [[1.0], [2.0, 3.0]], "the keys or poses of the {} are not a regular array"),
+        (STAMPS, STILL.astype(str), "{}.poses must hold real numbers"),
+        (STAMPS, [[1.0], [2.0, 3.0]], "{}.poses is not a regular array"),
         (STAMPS[:0], STILL[:0], "the {} has no poses"),
     ],
 )

@@ -6,9 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from alignscores import pas
-from alignscores.trajectories.association import Timing, match
-from alignscores.trajectories.files import read_tum
+from alignscores import evaluate, pas
 
 from ..conftest import AT_STAMPS, FILES, TUM
 
@@ -65,11 +63,8 @@ def test_sliders_change_the_scores_to_those_of_python(saved, browse, examples):
     for name in ("threshold", "degrees", "weight"):
         page.locator(f"#{name}").press("PageDown")
         given[name] = float(page.locator(f"output[for={name}]").inner_text().split()[0])
-    poses = match(
-        *(read_tum(examples / name) for name in TUM[1:]),
-        Timing(sync="nearest", max_gap=0.0),
-        missing="ignore",
-    )
+    files = (examples / name for name in TUM[1:])
+    poses = evaluate(*files, sync="nearest", max_gap=0.0, missing="ignore").matches
     expected = pas(
         poses.gt_poses,
         poses.est_poses,

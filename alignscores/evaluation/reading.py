@@ -1,0 +1,202 @@
+"""Reference and estimate on their way in: from files and from memory, each checked once."""
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Booleans, Indices
+from ..trajectories.files import (
+    FileError,
+    FilePath,
+    Trajectory,
+    TrajectoryWarning,
+    inverse_poses,
+    read_colmap,
+)
+from ..trajectories.files.colmap import is_model
+from ..trajectories.recognition import recognise
+from ..trajectories.timeline import reference_gap
+from ..validation import finite_rows, real_array
+from .settings import Settings
+
+__all__ = [
+    "KEY_KINDS",
+    "files_below",
+    "first_rows",
+    "in_memory",
+    "read_estimate",
+    "read_reference",
+    "warn",
+    "with_format",
+]
+
+KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
+FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in memory are like
+
+
+def files_below(path: str | Path) -> Iterator[Path]:
+    """Yield a file, or the files in a folder and in its sub-folders, sorted."""
+    root = Path(path)
+    if root.is_dir():
+        yield from sorted(file for file in [*root.glob("*"), *root.glob("*/*")] if file.is_file())
+    else:
+        yield root
+
+
+def in_memory(value: Any, whose: str, times: Any = None) -> Any:
+    """Return poses in an array or a COLMAP model as a checked trajectory, and a path as it is."""
+    if isinstance(value, (str, PathLike, Trajectory)) or is_model(value):
+        if times is not None:
+            raise ValueError(
+                "times need two arrays of poses; files and Trajectory have their own stamps"
+            )
+    else:
+        poses = real_array(value, whose)
+        keys = np.arange(len(poses)) if times is None else real_array(times, "times")
+        value = Trajectory(keys, poses)
+    if is_model(value):
+        return read_colmap(value)
+    return _checked(value, whose) if isinstance(value, Trajectory) else value
+
+
+def with_format(settings: Settings, reference: Any, *estimates: Any) -> Settings:
+    """Return the settings with the formats of reference and estimates, as far as they are open."""
+    if settings.format is not None:
+        return settings
+    form = _format_of(reference, settings.ref_columns or settings.columns)
+    if settings.est_format is not None:
+        return replace(settings, format=form)
+    first, *others = estimates
+    est_columns = settings.est_columns or settings.columns
+    est_form = _format_of(first, est_columns)
+    for file in others:
+        if _format_of(file, est_columns) != est_form:
+            raise FileError(file, f"is not in the format of {first}, {est_form}; score it apart")
+    return replace(settings, format=form, est_format=None if est_form == form else est_form)
+
+
+def _format_of(trajectory: Any, columns: str | None) -> str:
+    """Return the format of a file, or the one that a trajectory in memory is like."""
+    if isinstance(trajectory, Trajectory):
+        return FORMAT_OF_KEYS[trajectory.keys.dtype.kind]
+    return recognise(trajectory, columns)
+
+
+def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
+    """Return the reference, each key once; with time stamps finite poses alone, in their order.
+
+    Warn where it has no pose for more than one percent, since nothing is expected there.
+    """
+    if not isinstance(reference, Trajectory):
+        columns = settings.ref_columns or settings.columns
+        options = settings.form.options(settings.ref_topic, columns)
+        reference = _checked(settings.form.read(reference, **options), "reference")
+    finite = finite_rows(reference.with_rotations().poses)
+    if not finite.any():
+        raise ValueError("the reference has no pose that is finite")
+    timed = reference.keys.dtype.kind == "f"
+    present = finite if timed else np.ones_like(finite)  # rows and names keep their number
+    rows = first_rows(reference.keys, present, "reference")
+    if duplicate := int(present.sum()) - len(rows):
+        warn(f"duplicate stamps or names in the reference, left out: {duplicate}")
+    if not reference.has_rotations:
+        warn("the reference has no rotations: RAS and PAS have no value")
+    truth = Trajectory(reference.keys[rows], reference.poses[rows])
+    if timed:
+        gaps = np.diff(truth.keys)
+        gap = reference_gap(truth.keys, settings.frames_per_second)
+        absent = float(gaps[gaps > gap].sum() / gaps.sum()) if len(gaps) else 0.0
+    else:
+        absent = float(1 - np.mean(finite[rows]))
+    if absent > 0.01:
+        what = "time" if timed else "cameras"
+        warn(f"the reference has no pose for {absent:.1%} of the {what}; nothing is expected there")
+    return truth
+
+
+def read_estimate(
+    reference: Trajectory, estimate: FilePath | Trajectory, settings: Settings
+) -> Trajectory:
+    """Return an estimate, camera-to-world; of several models in a folder the largest one.
+
+    A model with the poses of the reference is the reference itself.
+    """
+    form = settings.est_form
+    if isinstance(estimate, Trajectory):
+        poses = estimate
+    elif form.read_parts:
+        models = form.read_parts(estimate)
+        others = [
+            name for name, one in models.items() if not np.array_equal(one.poses, reference.poses)
+        ]
+        name = max(others or models, key=lambda name: len(models[name].keys))
+        poses = models[name]
+        if len(models) > 1:
+            largest = "the largest" if len(others) in (0, len(models)) else "not the reference"
+            warn(f"{estimate}: has {len(models)} models; {name}, {largest}, is scored")
+    else:
+        options = form.options(settings.est_topic, settings.est_columns or settings.columns)
+        poses = _checked(form.read(estimate, **options), "estimate")
+    for option in ("invert", "lever_arm"):
+        if getattr(settings, option) and not poses.has_rotations:
+            raise ValueError(f"--{option} needs rotations, which the estimate lacks")
+    return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
+
+
+def first_rows(keys: NDArray[Any], present: Booleans, whose: str) -> Indices:
+    """Return the first row of each key whose pose is present; of time stamps, in their order."""
+    rows = np.arange(len(keys))
+    if keys.dtype.kind == "f":
+        backwards = np.diff(keys) < 0
+        if backwards.any():
+            row = int(np.argmax(backwards)) + 1
+            warn(
+                f"the time stamps of the {whose} are not in order (first at pose {row + 1}, "
+                f"{keys[row]:.6f} s); sorted"
+            )
+        rows = np.argsort(keys, kind="stable")
+    rows = rows[present[rows]]
+    return rows[np.sort(np.unique(keys[rows], return_index=True)[1])]
+
+
+def warn(message: str) -> None:
+    """Warn of what is unusual in a trajectory."""
+    warnings.warn(message, TrajectoryWarning, stacklevel=4)
+
+
+def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
+    """Return a trajectory with arrays (n,) and (n, 4, 4); raise a ValueError where it has none."""
+    poses, keys = real_array(trajectory.poses, f"{whose}.poses"), np.asarray(trajectory.keys)
+    if keys.dtype == object and all(isinstance(key, str) for key in keys.flat):  # as of pandas
+        keys = keys.astype(str)
+    keys = keys.astype(np.int64) if keys.dtype.kind == "u" else keys
+    if keys.ndim != 1 or keys.dtype.kind not in KEY_KINDS:
+        raise ValueError(
+            f"the keys of the {whose} must be a list of {', '.join(KEY_KINDS.values())}, not an "
+            f"array of shape {keys.shape} and type {keys.dtype}"
+        )
+    n = len(keys)
+    if n == 0:
+        raise ValueError(f"the {whose} has no poses")
+    if poses.shape not in ((n, 4, 4), (n, 3, 4)):
+        raise ValueError(
+            f"the poses of the {whose} must have shape ({n}, 4, 4) or ({n}, 3, 4), one matrix a "
+            f"key, not {poses.shape}"
+        )
+    if keys.dtype.kind == "f":
+        keys = keys.astype(np.float64)
+        if not np.isfinite(keys).all():
+            row = int(np.argmin(np.isfinite(keys)))
+            raise ValueError(f"the time stamp of pose {row + 1} of the {whose} is not finite")
+        if n > 1 and keys.min() == keys.max():
+            raise ValueError(f"all {n} time stamps of the {whose} are the same")
+    if len(poses[0]) == 3:
+        last = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (n, 1, 4))
+        poses = np.concatenate([poses, last], axis=1)
+    return Trajectory(keys, poses)
