@@ -1,12 +1,9 @@
-"""One self-contained page: verdict, tables, drawings and trajectories."""
+"""The page of a comparison: verdict, tables and drawings, without scripts."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from ..comparison.baseline import Changes
 from ..comparison.comparison import Comparison
@@ -14,14 +11,14 @@ from ..comparison.runs import Outcome
 from ..comparison.summary import Summary
 from ..comparison.tables import as_html, conditions, legend, tables
 from ..texts import printable
-from .document import data_element, document, source
+from .document import document, source
 from .drawings import dots, errors_over_time, forest, style
-from .estimates import page_without_data
-from .sequences import reference_on, sequences_data
 
 __all__ = ["page"]
 
-MOST = 15  # megabytes of trajectories
+MORE = """\
+<p>Trajectories and the errors of each frame of one sequence:
+<code>alignscores REF EST... --save_page FILE.html</code></p>"""
 
 
 def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str:
@@ -51,8 +48,6 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
         f"<header><h1>{escape(title)}</h1>{lead}"
         f'<nav aria-label="Sections"><ul>{links}</ul></nav></header>\n<main>{body}</main>',
         styles=("style.css", "page.css"),
-        scripts=["page.js"],
-        allowed="frame-src blob:",
     )
 
 
@@ -68,14 +63,16 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     pairs = summary.pairs_by(by)
     runs = {summary.sequence_names[s]: _runs(summary, by, s) for s in summary.sequences}
     errors = {summary.sequence_names[s]: _errors(comparison, s) for s in summary.sequences}
-    trajectories = _trajectories(sequences_data(comparison, by), by, summary)
     sections = [
         ("overall", "All sequences", as_html(overall) + _list(notes)),
         ("sequences", f"{by} by sequence", as_html(by_sequence)),
         ("differences", f"Differences in {by}", forest(pairs, by, summary.system_names)),
         ("runs", f"{by} of each run", _panels(runs)),
-        ("errors", "Errors over time", _key(summary) + source("bands.html") + _panels(errors)),
-        ("trajectories", "Trajectories, camera by camera", trajectories),
+        (
+            "errors",
+            "Errors over time",
+            _key(summary) + source("bands.html") + _panels(errors) + MORE,
+        ),
     ]
     return [section for section in sections if pairs or section[0] != "differences"]
 
@@ -122,36 +119,11 @@ def _errors(comparison: Comparison, sequence: str) -> str:
     """Draw the errors of all systems on a sequence over time."""
     summary, settings = comparison.summary, comparison.settings
     runs = {system: _outcomes(summary, system, sequence) for system in summary.systems}
-    shown = {comparison.summary.system_names[a]: own for a, own in runs.items() if own}
+    shown = {summary.system_names[a]: own for a, own in runs.items() if own}
     if not shown:
         return "<p>No run was scored.</p>"
-    keys = reference_on(comparison, sequence)[0].keys
-    timed = keys.dtype.kind == "f"
     return errors_over_time(
         shown,
-        [comparison.summary.system_names[system] for system in sorted(summary.systems)],
-        keys if timed else np.arange(len(keys), dtype=float),
-        "{:.0f} s" if timed else "image {:.0f}",
+        [summary.system_names[system] for system in sorted(summary.systems)],
         (settings.max_threshold, settings.max_threshold_deg),
     )
-
-
-def _trajectories(trajectories: Mapping[str, Mapping[str, Any]], by: str, summary: Summary) -> str:
-    """Return the data of each sequence, which a script puts into a page of trajectories."""
-    if not trajectories:
-        return "<p>No run was scored.</p>"
-    elements = [
-        data_element(f"own-{index}", data) for index, data in enumerate(trajectories.values())
-    ]
-    if (size := sum(map(len, elements)) / 1e6) > MOST:
-        return (
-            f"<p>The trajectories would take {size:.3g} MB, more than {MOST} MB, and are left out. "
-            "<code>alignscores FORMAT REFERENCE ESTIMATE... --save_page FILE.html</code> makes a "
-            "page of one sequence.</p>"
-        )
-    options = "".join(
-        f'<option value="{index}">{escape(summary.sequence_names[sequence])}</option>'
-        for index, sequence in enumerate(trajectories)
-    )
-    html = source("trajectories.html").format(options=options, by=escape(by))
-    return "".join([html, data_element("own-page", page_without_data()), *elements])

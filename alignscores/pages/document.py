@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["data_element", "document", "packed", "source"]
+__all__ = ["document", "packed", "source"]
 
 HEAD = """\
 <!DOCTYPE html>
@@ -19,7 +19,7 @@ HEAD = """\
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
-style-src 'unsafe-inline'; script-src 'unsafe-inline'{more}">
+style-src 'unsafe-inline'{scripts}">
 <meta name="color-scheme" content="light dark">
 """
 
@@ -34,27 +34,19 @@ def document(
     body: str,
     *,
     styles: Iterable[str],
-    scripts: Iterable[str],
+    scripts: Iterable[str] = (),
     data: Any = None,
-    allowed: str = "",
 ) -> str:
-    """Return a page with a body in HTML, the named styles and scripts, and data.
-
-    `allowed` is added to its content security policy, ``"frame-src blob:"`` for example.
-    """
-    head = HEAD.format(more=f"; {allowed}" if allowed else "")
+    """Return a page with a body in HTML, the named styles and scripts, and data."""
+    head = HEAD.format(scripts="; script-src 'unsafe-inline'" if scripts else "")
     parts = [head, f"<title>{escape(title)}</title>\n"]
     parts += [f"<style>\n{source(style)}</style>\n" for style in styles]
     parts.append(f"</head>\n<body>\n{body}\n")
-    parts += [] if data is None else [data_element("data", data)]
+    if data is not None:
+        text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
+        parts.append(f'<script type="application/json" id="data">{text}</script>\n')
     parts += [f"<script>\n{source(script)}</script>\n" for script in scripts]
     return "".join([*parts, "</body>\n</html>\n"])
-
-
-def data_element(name: str, data: Any) -> str:
-    """Return the element of a page that holds data as JSON; its text has no ``<``."""
-    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
-    return f'<script type="application/json" id="{name}">{text}</script>\n'
 
 
 def packed(values: NDArray[Any], kind: str) -> str:

@@ -100,21 +100,20 @@ def dots(values: Mapping[str, Sequence[float]], by: str) -> str:
 def errors_over_time(
     runs: Mapping[str, Sequence[Outcome]],
     order: Sequence[str],
-    times: Floats,
-    label: str,
     largest: tuple[float, float],
 ) -> str:
     """Draw the median position error of each system over time, and a band for each run.
 
-    `times` are the times of the reference's rows, and `largest` the errors, in d and in degrees,
-    from which a camera is an outlier. Where most runs have no pose the time is shaded.
+    `largest` has the errors, in d and in degrees, beyond which a camera is an outlier. Where most
+    runs have no pose the time is shaded.
     """
     scored = [outcome for own in runs.values() for outcome in own]
-    unit, start = scored[0].unit, float(times.min())
-    end = max(float(times.max()), math.nextafter(start, math.inf))
+    unit, timed = scored[0].unit, len(scored[0].stamps) > 0
+    start = float(min(outcome.times[0] for outcome in scored))
+    end = max(float(max(o.times[-1] for o in scored)), math.nextafter(start, math.inf))
     n_bins = min(N_BINS, max(scored[0].n // 2, 1))
     edges = np.linspace(start, end, n_bins + 1)
-    curves = {name: _medians(own, times, edges) for name, own in runs.items()}
+    curves = {name: _medians(own, edges) for name, own in runs.items()}
     finite = np.concatenate([curve[np.isfinite(curve) & (curve > 0)] for curve in curves.values()])
     low, high = (np.log10(finite.min()), np.log10(finite.max())) if len(finite) else (0.0, 1.0)
     high = max(math.ceil(high), math.floor(low) + 1)
@@ -136,11 +135,11 @@ def errors_over_time(
     for name, own in runs.items():
         marks.append(_name(name, y + 4))
         for outcome in own:
-            marks += _band(_states(outcome, largest, times, edges), across, y)
+            marks += _band(_states(outcome, largest, edges), across, y)
             y += 8
         y += 10
     marks.append(f'<text x="{LEFT}" y="{y + 6}">0</text>')
-    last = label.format(end - start)
+    last = f"{end - start:.0f} s" if timed else f"image {end - start:.0f}"
     marks.append(f'<text x="{WIDTH - RIGHT}" y="{y + 6}" text-anchor="end">{last}</text>')
     spoken = "; ".join(
         f"{name}: {np.median(curve[~np.isnan(curve)]):.2g}" for name, curve in curves.items()
@@ -158,15 +157,15 @@ def _decades(low: int, high: int, up: Axis) -> list[str]:
     return marks
 
 
-def _bins(outcome: Outcome, times: Floats, edges: Floats) -> NDArray[np.intp]:
+def _bins(outcome: Outcome, edges: Floats) -> NDArray[np.intp]:
     """Return in which part of the time each camera is."""
-    bins = np.searchsorted(edges, times[outcome.rows], side="right") - 1
+    bins = np.searchsorted(edges, outcome.times, side="right") - 1
     return np.clip(bins, 0, len(edges) - 2)
 
 
-def _medians(outcomes: Sequence[Outcome], times: Floats, edges: Floats) -> Floats:
+def _medians(outcomes: Sequence[Outcome], edges: Floats) -> Floats:
     """Return the median error in each part of the time, NaN where no camera is expected."""
-    bins = np.concatenate([_bins(outcome, times, edges) for outcome in outcomes])
+    bins = np.concatenate([_bins(outcome, edges) for outcome in outcomes])
     errors = np.concatenate([outcome.position_errors for outcome in outcomes])
     medians = np.full(len(edges) - 1, np.nan)
     for index in np.unique(bins):
@@ -174,14 +173,12 @@ def _medians(outcomes: Sequence[Outcome], times: Floats, edges: Floats) -> Float
     return medians
 
 
-def _states(
-    outcome: Outcome, largest: tuple[float, float], times: Floats, edges: Floats
-) -> NDArray[np.intp]:
+def _states(outcome: Outcome, largest: tuple[float, float], edges: Floats) -> NDArray[np.intp]:
     """Return the most frequent state in each part of the time; -1 where none is expected."""
     far = outcome.position_errors > largest[0] * outcome.unit
     state = np.where(far | (outcome.rotation_errors > largest[1]), OUTLIER, TRACKED)
     state[~np.isfinite(outcome.position_errors)] = LOST
-    bins = _bins(outcome, times, edges)
+    bins = _bins(outcome, edges)
     counts = np.zeros((len(edges) - 1, 3))
     np.add.at(counts, (bins, state), 1)
     return np.where(counts.any(axis=1), counts.argmax(axis=1), -1)

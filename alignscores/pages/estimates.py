@@ -16,7 +16,7 @@ from ..trajectories.files import Trajectory
 from ..version import __version__
 from .document import document, packed, source
 
-__all__ = ["Estimate", "breaks", "over_expected", "page", "page_data", "page_without_data"]
+__all__ = ["Estimate", "breaks", "over_expected", "page", "page_data"]
 
 SCRIPTS = "scores.js", "charts.js", "controls.js", "estimates.js"
 
@@ -46,11 +46,6 @@ def page(scored: Sequence[Evaluation], file: str = "reference") -> str:
     title = f"{names}{more} against {printable(Path(file).name)}"
     unit = first.result.tas.unit
     return _document(page_data(title, first.reference, estimates, first.settings, unit))
-
-
-def page_without_data() -> list[str]:
-    """Return the text before and after the data of a page, which is `page_data` as JSON."""
-    return _document({"title": "Scores"}).split('{"title":"Scores"}')
 
 
 def _document(data: dict[str, Any]) -> str:
