@@ -391,7 +391,7 @@ class Evaluation:
         return figure_of([self], [kind] if kind else [], plot_mode=plot_mode, interactive=True)
 
     def save_page(self, path: str | PathLike[str]) -> None:
-        """Write a page with the scores, trajectories, errors over time, and sliders.
+        """Write a page with the scores, trajectories and errors over time.
 
         Parameters
         ----------

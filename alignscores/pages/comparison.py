@@ -7,18 +7,20 @@ from pathlib import Path
 
 from ..comparison.baseline import Changes
 from ..comparison.comparison import Comparison
-from ..comparison.runs import Outcome
-from ..comparison.summary import Summary
 from ..comparison.tables import as_html, conditions, legend, tables
 from ..texts import printable
-from .document import document, source
-from .drawings import dots, errors_over_time, forest, style
+from .charts import LEGEND, key
+from .document import document
+from .drawings import differences, errors_over_time, runs
 
 __all__ = ["page"]
 
+MEDIANS = """\
+<p class="small">Median over the runs of a system, shaded where most have no pose; below, a band for
+each run.</p>"""
 MORE = """\
-<p>Trajectories and the errors of each frame of one sequence:
-<code>alignscores REF EST... --save_page FILE.html</code></p>"""
+<p class="small"><code>alignscores REF EST... --save_page FILE.html</code> writes a page of one
+sequence, with its trajectories and the errors of each frame.</p>"""
 
 
 def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str:
@@ -47,7 +49,7 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
         title,
         f"<header><h1>{escape(title)}</h1>{lead}"
         f'<nav aria-label="Sections"><ul>{links}</ul></nav></header>\n<main>{body}</main>',
-        styles=("style.css", "page.css"),
+        ["style.css"],
     )
 
 
@@ -61,18 +63,16 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     overall, by_sequence = tables(summary, by)
     notes = [*legend(summary, settings), *conditions(settings)]
     pairs = summary.pairs_by(by)
-    runs = {summary.sequence_names[s]: _runs(summary, by, s) for s in summary.sequences}
-    errors = {summary.sequence_names[s]: _errors(comparison, s) for s in summary.sequences}
+    systems = key([summary.system_names[system] for system in sorted(summary.systems)])
+    names = summary.sequence_names
+    of_runs = {names[s]: runs(summary, by, s) for s in summary.sequences}
+    errors = {names[s]: errors_over_time(comparison, s) for s in summary.sequences}
     sections = [
         ("overall", "All sequences", as_html(overall) + _list(notes)),
         ("sequences", f"{by} by sequence", as_html(by_sequence)),
-        ("differences", f"Differences in {by}", forest(pairs, by, summary.system_names)),
-        ("runs", f"{by} of each run", _panels(runs)),
-        (
-            "errors",
-            "Errors over time",
-            _key(summary) + source("bands.html") + _panels(errors) + MORE,
-        ),
+        ("differences", f"Differences in {by}", differences(pairs, by, summary.system_names)),
+        ("runs", f"{by} of each run", _panels(of_runs)),
+        ("errors", "Errors over time", systems + MEDIANS + LEGEND + _panels(errors) + MORE),
     ]
     return [section for section in sections if pairs or section[0] != "differences"]
 
@@ -88,42 +88,3 @@ def _panels(drawings: dict[str, str]) -> str:
         for name, drawing in drawings.items()
     )
     return f'<div class="panels">{"".join(figures)}</div>'
-
-
-def _key(summary: Summary) -> str:
-    items = "".join(
-        f'<li><svg width="34" height="10" aria-hidden="true"><path {style(index)} d="M0 5H34"/>'
-        f"</svg> {escape(summary.system_names[system])}</li>"
-        for index, system in enumerate(sorted(summary.systems))
-    )
-    return f'<ul class="key">{items}</ul>'
-
-
-def _outcomes(summary: Summary, system: str, sequence: str) -> list[Outcome]:
-    """Return the runs of a system that were scored."""
-    return [r.outcome for r in summary.of(system, sequence) if not r.failed]
-
-
-def _runs(summary: Summary, by: str, sequence: str) -> str:
-    """Draw the scored runs of all systems that were tried on a sequence."""
-    values = {}
-    for system in summary.ranked(by):
-        if entry := summary.entries.get((system, sequence)):
-            failed = f" †{entry.failed}" if entry.failed else ""
-            scored = [r.outcome.scores[by] for r in summary.of(system, sequence) if not r.failed]
-            values[summary.system_names[system] + failed] = scored
-    return dots(values, by)
-
-
-def _errors(comparison: Comparison, sequence: str) -> str:
-    """Draw the errors of all systems on a sequence over time."""
-    summary, settings = comparison.summary, comparison.settings
-    runs = {system: _outcomes(summary, system, sequence) for system in summary.systems}
-    shown = {summary.system_names[a]: own for a, own in runs.items() if own}
-    if not shown:
-        return "<p>No run was scored.</p>"
-    return errors_over_time(
-        shown,
-        [summary.system_names[system] for system in sorted(summary.systems)],
-        (settings.max_threshold, settings.max_threshold_deg),
-    )

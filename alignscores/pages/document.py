@@ -1,4 +1,4 @@
-"""A self-contained page: styles, scripts and data in one file, which needs no network."""
+"""A page in one file, with its styles, scripts and data, which needs no network."""
 
 import json
 from base64 import b64encode
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["document", "packed", "source"]
+__all__ = ["data_element", "document", "packed", "source"]
 
 HEAD = """\
 <!DOCTYPE html>
@@ -29,24 +29,20 @@ def source(name: str) -> str:
     return files(__package__).joinpath(name).read_text("utf-8")
 
 
-def document(
-    title: str,
-    body: str,
-    *,
-    styles: Iterable[str],
-    scripts: Iterable[str] = (),
-    data: Any = None,
-) -> str:
-    """Return a page with a body in HTML, the named styles and scripts, and data."""
+def document(title: str, body: str, styles: Iterable[str], scripts: Iterable[str] = ()) -> str:
+    """Return a page with a body in HTML, and the named styles and scripts."""
     head = HEAD.format(scripts="; script-src 'unsafe-inline'" if scripts else "")
     parts = [head, f"<title>{escape(title)}</title>\n"]
     parts += [f"<style>\n{source(style)}</style>\n" for style in styles]
     parts.append(f"</head>\n<body>\n{body}\n")
-    if data is not None:
-        text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
-        parts.append(f'<script type="application/json" id="data">{text}</script>\n')
     parts += [f"<script>\n{source(script)}</script>\n" for script in scripts]
     return "".join([*parts, "</body>\n</html>\n"])
+
+
+def data_element(data: Any) -> str:
+    """Return data as JSON in an element for scripts; its text has no ``<``."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
+    return f'<script type="application/json">{text}</script>'
 
 
 def packed(values: NDArray[Any], kind: str) -> str:

@@ -1,13 +1,13 @@
-"""The table of the estimates, no wider than the terminal."""
+"""The table of estimates: its columns, and its text for a terminal."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ..evaluation.evaluation import Evaluation
 from ..texts import padded, shortened, text_width
+from .evaluation import Evaluation
 
-__all__ = ["LEGEND", "table"]
+__all__ = ["LEGEND", "cells", "headers", "table"]
 
 COLUMNS = (  # a narrow terminal loses columns from the right
     *("TAS", "RAS", "PAS", "half [{unit}]", "half [deg]"),
@@ -29,23 +29,27 @@ refined        the alignment with the best TAS; pcr99: the paper's, the best of 
 
 def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[str]]:
     """Return the table of all estimates, and the headers for which the terminal is too narrow."""
-    unit = evaluations[0].settings.form.unit
-    headers = [header.format(unit=unit) for header in COLUMNS]
-    rows = [headers, *map(_cells, evaluations)]
-    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
+    header = headers(evaluations)
+    rows = [header, *map(cells, evaluations)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     names = ["estimate", *(shortened(evaluation.name, LONGEST) for evaluation in evaluations)]
     width = max(map(text_width, names))
-    shown = list(range(len(headers)))
+    shown = list(range(len(header)))
     while width + sum(widths[k] + 2 for k in shown) > columns and len(shown) > len(ALWAYS):
         shown.remove(max(set(shown).difference(ALWAYS)))
     lines = [
         padded(name, width) + "".join("  " + row[k].rjust(widths[k]) for k in shown)
         for name, row in zip(names, rows, strict=True)
     ]
-    return "\n".join(lines), [headers[k] for k in range(len(headers)) if k not in shown]
+    return "\n".join(lines), [header[k] for k in range(len(header)) if k not in shown]
 
 
-def _cells(evaluation: Evaluation) -> list[str]:
+def headers(evaluations: Sequence[Evaluation]) -> list[str]:
+    """Return the headers of the columns."""
+    return [header.format(unit=evaluations[0].settings.form.unit) for header in COLUMNS]
+
+
+def cells(evaluation: Evaluation) -> list[str]:
     """Return the texts of an estimate's columns."""
     return [
         *(
