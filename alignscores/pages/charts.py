@@ -41,11 +41,11 @@ class Axis:
     log: bool = False
 
     def __call__(self, values: ArrayLike) -> Floats:
-        """Return the places of values."""
+        """Return the places of values, at an end if they are beyond; infinite ones have none."""
         scaled = np.log10 if self.log else np.asarray
         low, high = scaled([self.low, self.high])
-        places: Floats = (scaled(values) - low) / (high - low)
-        return places
+        places = (scaled(np.clip(values, self.low, self.high)) - low) / (high - low)
+        return np.where(np.isinf(values), np.nan, places)
 
     def ticks(self) -> list[tuple[str, float]]:
         """Return a few round numbers as texts, with their places."""
@@ -57,16 +57,17 @@ class Axis:
             step = 10.0 ** math.floor(math.log10((self.high - self.low) / 2))
             step *= next(n for n in (5, 2, 1) if (self.high - self.low) / (n * step) >= 2)
             numbers = step * np.arange(math.ceil(self.low / step), self.high / step + 1)
-        ticks = zip(numbers.tolist(), self(numbers).tolist(), strict=True)
-        return [(f"{number:g}", place) for number, place in ticks if -1e-9 < place < 1 + 1e-9]
+        slack = 1e-9 * (self.high - self.low)
+        shown = numbers[(numbers >= self.low - slack) & (numbers <= self.high + slack)]
+        return [(f"{n:g}", place) for n, place in zip(shown, self(shown).tolist(), strict=True)]
 
 
 def error_axis(errors: Floats, limit: float, label: str) -> Axis:
-    """Return an axis for the limit and all errors but the smallest hundredth."""
-    shown = errors[np.isfinite(errors) & (errors > 0)]
-    ends = [limit, *np.quantile(shown, [0.01, 1])] if len(shown) else [limit]
-    high = 1.5 * max(ends)
-    return Axis(max(min(ends) / 1.5, high / 1e5), high, label, log=True)
+    """Return an axis for all errors but the smallest hundredth, and three decades about a limit."""
+    shown = errors[np.isfinite(errors)]
+    low, high = np.quantile(shown, [0.01, 1]) if len(shown) else (limit, limit)
+    low, high = (float(np.clip(end, limit / 1e3, limit * 1e3)) for end in (low, high))
+    return Axis(min(low, limit) / 1.5, 1.5 * max(high, limit), label, log=True)
 
 
 def chart(

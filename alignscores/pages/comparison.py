@@ -31,11 +31,9 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
     title = re.split(r": .+ wins \d|: it wins \d|\.$", verdict[0])[0]
     sections = _sections(comparison, by)
     if changed:
-        table = as_html(
-            changed.table(comparison.summary.system_names), f"Against {_short(changed.file)}"
-        )
-        content = table + _list(changed.notes)
-        sections.insert(0, ("changes", f"Changes in {by}", content))
+        caption = f"Against {printable(Path(changed.file).name)}"
+        table = as_html(changed.table(comparison.summary.system_names), caption)
+        sections.insert(0, ("changes", f"Changes in {by}", table + _list(changed.notes)))
     links = "".join(
         f'<li><a href="#{name}">{escape(heading)}</a></li>' for name, heading, _ in sections
     )
@@ -53,10 +51,6 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
     )
 
 
-def _short(file: str) -> str:
-    return printable(Path(file).name)
-
-
 def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     """Return name, heading and content of each section."""
     summary, settings = comparison.summary, comparison.settings
@@ -65,8 +59,8 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     pairs = summary.pairs_by(by)
     systems = key([summary.system_names[system] for system in sorted(summary.systems)])
     names = summary.sequence_names
-    of_runs = {names[s]: runs(summary, by, s) for s in summary.sequences}
-    errors = {names[s]: errors_over_time(comparison, s) for s in summary.sequences}
+    of_runs = [(names[s], runs(summary, by, s)) for s in summary.sequences]
+    errors = [(names[s], errors_over_time(comparison, s)) for s in summary.sequences]
     sections = [
         ("overall", "All sequences", as_html(overall) + _list(notes)),
         ("sequences", f"{by} by sequence", as_html(by_sequence)),
@@ -81,10 +75,10 @@ def _list(lines: Sequence[str]) -> str:
     return f'<ul class="small">{"".join(f"<li>{escape(line)}</li>" for line in lines)}</ul>'
 
 
-def _panels(drawings: dict[str, str]) -> str:
+def _panels(drawings: Sequence[tuple[str, str]]) -> str:
     """Return drawings, each with its caption."""
     figures = (
         f"<figure><figcaption>{escape(name)}</figcaption>{drawing}</figure>"
-        for name, drawing in drawings.items()
+        for name, drawing in drawings
     )
     return f'<div class="panels">{"".join(figures)}</div>'

@@ -41,15 +41,11 @@ def differences(pairs: Sequence[Pair], by: str, names: Mapping[str, str]) -> str
         which = f"{names[pair.a]} − {names[pair.b]}"
         said = p_text(pair.p) if pair.tested else "not tested"
         value, *interval = x(_ends(pair)).tolist()
-        marks = [flat(0.5, "dot" if pair.better else "open", value, value)]
+        marks = [upright(float(x(0)), "rule")]
         marks += [flat(0.5, "span", *interval)] if interval else []
-        marks += [] if pair.better else [flat(0.5, "hole", value, value)]
-        rows.append(
-            (
-                f"{which}: wins {pair.wins:.0%}, {said}",
-                drawing([upright(float(x(0)), "rule"), *marks]),
-            )
-        )
+        dots = ["dot"] if pair.better else ["open", "hole"]
+        marks += [flat(0.5, kind, value, value) for kind in dots]
+        rows.append((f"{which}: wins {pair.wins:.0%}, {said}", drawing(marks)))
         spoken.append(f"{which} {difference_text(pair.difference, pair.better is not None)}")
     drawn = chart(x, rows, f"Differences in {by}. {'; '.join(spoken)}")
     return f'<div class="wide">{drawn}</div>'
@@ -115,9 +111,9 @@ def errors_over_time(comparison: Comparison, sequence: str) -> str:
     marks = []
     for index, system in enumerate(sorted(outcomes)):
         if system in medians:
-            errors = np.maximum(medians[system], y.low)
-            marks.append(curve(x((edges[1:] + edges[:-1]) / 2), y(errors), index, dots=not ordered))
-            marks += _shades(errors, index)
+            places = x((edges[1:] + edges[:-1]) / 2), y(medians[system])
+            marks.append(curve(*places, index, dots=not ordered))
+            marks += _shades(medians[system], index)
     rows = [("", plot(y, [*marks, flat(float(y(limits[0])), "rule")]))]
     for system, own in outcomes.items():
         for number_of_run, one in enumerate(own):

@@ -137,8 +137,8 @@ def _errors_over_time(scored: Sequence[Evaluation], kinds: Sequence[Kind]) -> st
         errors = {index: kind.errors(one) for index, one in kind.estimates.items()}
         all_errors = np.concatenate([*errors.values()])
         y = error_axis(all_errors, kind.limit, f"{kind.name} error [{kind.unit}]")
-        shown = {k: np.insert(np.maximum(own, y.low), after, np.nan) for k, own in errors.items()}
-        curves = [curve(places, y(own), k, dots=not ordered) for k, own in shown.items()]
+        shown = {index: y(np.insert(own, after, np.nan)) for index, own in errors.items()}
+        curves = [curve(places, own, index, dots=not ordered) for index, own in shown.items()]
         drawings.append(("", plot(y, [*curves, flat(float(y(kind.limit)), "rule")])))
     limits = [kind.limit for kind in kinds]
     for one in scored:
