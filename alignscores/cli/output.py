@@ -9,12 +9,12 @@ from typing import Any
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note, why
 from ..evaluation.settings import Settings
-from ..evaluation.table import LEGEND, table
 from ..metrics import LEVELS, SCORES, metric
 from ..texts import WIDTH, printable
 from ..trajectories.files import FileError
 from ..version import __version__
 from .metrics import metric_table
+from .table import LEGEND, table
 
 __all__ = ["json_text", "one_line", "print_error", "print_note", "print_notes"]
 __all__ += ["show_progress", "show_table", "table_width"]

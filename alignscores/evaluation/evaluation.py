@@ -246,6 +246,24 @@ class Evaluation:
         codes = np.where(self.matches.est_rows < 0, LOST, 2 * no_position + no_rotation)
         return codes.astype(np.uint8)
 
+    @property
+    def row(self) -> dict[str, str]:
+        """Its row in the table of the command: texts by the headers of the columns."""
+        unit = self.settings.form.unit
+        scores = {"TAS": self.tas, "RAS": self.ras, "PAS": self.pas}
+        errors = {
+            f"half [{unit}]": self.half_distance,
+            "half [deg]": self.half_angle,
+            f"median [{unit}]": self.median_distance,
+            "median [deg]": self.median_angle,
+            f"ATE [{unit}]": self.ate,
+        }
+        return {
+            **{name: _text(score, ".3f") for name, score in scores.items()},
+            **{name: _text(error, ".3g") for name, error in errors.items()},
+            "tracked": f"{1 - self.lost:.1%}",
+        }
+
     def value(self, name: str) -> float | None:
         """Return a score, or one of the metrics in the settings; None where it has no value.
 
@@ -418,6 +436,11 @@ class Evaluation:
 def finite_or_none(value: float | None) -> float | None:
     """Return a number, None where it is infinite or NaN, which JSON has not."""
     return value if value is not None and math.isfinite(value) else None
+
+
+def _text(value: float | None, form: str) -> str:
+    """Return a number, a dash where there is none."""
+    return "-" if value is None or not math.isfinite(value) else format(value, form)
 
 
 def _sd(values: list[float]) -> float | None:

@@ -14,7 +14,6 @@ from ..comparison.tables import Cell, Table, as_html
 from ..distance import N_THRESHOLDS
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import collected_warnings
-from ..evaluation.table import cells, headers
 from ..histogram import AlignmentScore
 from ..profile import ScoreProfile, tas_profile
 from ..texts import printable
@@ -106,8 +105,8 @@ def _conditions(first: Evaluation, kinds: Sequence[Kind]) -> str:
 
 def _table(scored: Sequence[Evaluation]) -> str:
     """Return the table of the command."""
-    rows = [[Cell(one.name), *map(Cell, cells(one))] for one in scored]
-    return as_html(Table(["estimate", *headers(scored)], rows))
+    rows = [[Cell(one.name), *map(Cell, one.row.values())] for one in scored]
+    return as_html(Table(["estimate", *scored[0].row], rows))
 
 
 def _colours(kinds: Sequence[Kind], *, by_estimate: bool) -> str:
