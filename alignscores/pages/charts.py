@@ -87,7 +87,7 @@ def chart(
     ticks = "".join(f'<i style="left:{place:.1%}">{text}</i>' for text, place in x.ticks())
     return (
         f'<div class="chart" role="{"group" if cursor else "img"}" aria-label="{escape(spoken)}">'
-        f'<div class="rows">{cells}</div><div class="ticks">{ticks}</div>'
+        f'<div class="rows">{cells}</div><div class="ticks" aria-hidden="true">{ticks}</div>'
         f"<p>{escape(x.label)}</p>{stops}</div>"
     )
 
@@ -96,7 +96,8 @@ def plot(y: Axis, marks: Iterable[str]) -> str:
     """Return a drawing with an upright axis."""
     ticks = "".join(f'<i style="bottom:{place:.1%}">{text}</i>' for text, place in y.ticks())
     grid = [flat(place, "grid") for _, place in y.ticks()]
-    return f'<div class="plot"><b>{escape(y.label)}</b>{drawing([*grid, *marks])}{ticks}</div>'
+    label = f"<b>{escape(y.label)}</b>"
+    return f'<div class="plot" aria-hidden="true">{label}{drawing([*grid, *marks])}{ticks}</div>'
 
 
 def drawing(marks: Iterable[str]) -> str:

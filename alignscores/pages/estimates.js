@@ -32,12 +32,14 @@
       area.setAttribute("aria-valuetext", texts[current]);
       moved(current);
     }
-    area.addEventListener("pointermove", (event) => {
+    function point(event) {
       const place = event.offsetX / area.clientWidth;
       const after = places.findIndex((other) => other > place);
       const nearer = after > 0 && place - places[after - 1] < places[after] - place ? after - 1 : after;
       move(after < 0 ? places.length - 1 : nearer);
-    });
+    }
+    area.addEventListener("pointermove", point);
+    area.addEventListener("pointerdown", point); // a finger that taps
     area.addEventListener("keydown", (event) => {
       const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10, Home: -Infinity, End: Infinity };
       if (!(event.key in steps)) return;

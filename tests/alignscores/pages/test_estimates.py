@@ -18,7 +18,6 @@ READ = """() => {
     header: all("thead th").map((cell) => cell.textContent),
     title: document.querySelector("h1").textContent,
     conditions: document.querySelector("header p").textContent,
-    cursors: all(".cursor").map((cursor) => cursor.getAttribute("aria-label")),
     curves: all(".plot").map((plot) => plot.querySelectorAll("path.curve").length),
     bands: all(".rows > svg").map((band) => [...band.children].map((r) => r.className.baseVal)),
   };
@@ -63,6 +62,8 @@ def test_the_page_has_the_table_of_the_command_and_draws(run, saved, shown, form
 def test_cursors_say_the_scores_and_errors_of_the_run(saved, browse, examples, registration):
     evaluation = evaluate(*(examples / name for name in TUM[1:]), registration=registration)
     page = browse(saved(*TUM, "--registration", registration)[0])
+    seeds = "means over 10 seeds, drawings of the first" in page.evaluate(READ)["conditions"]
+    assert seeds == (registration == "pcr99")
     frames, tas, ras = page.locator(".cursor").all()
     said = frames.locator("xpath=../../output")
     frames.press("Home")
@@ -94,6 +95,19 @@ def test_profiles_align_anew_at_each_largest_threshold(saved, browse, examples):
 def test_bands_show_outliers_and_lost_frames(saved, shown):
     page = shown(saved(*TUM, "--max_gap", 0)[0])
     assert set(page["bands"][0]) == {"tracked", "outlier", "lost"}
+
+
+def test_an_outlier_far_away_does_not_flatten_the_other_errors(saved, examples, tmp_path):
+    poses = np.loadtxt(examples / "tum/estimate.txt")
+    poses[5, 1] = 1e9
+    np.savetxt(tmp_path / "far.txt", poses, "%.6f")
+    html, _ = saved("tum", examples / "tum/reference.txt", tmp_path / "far.txt")
+    (path, *_) = re.findall(r'class="curve" [^>]* d="([^"]*L[^"]*)"', html)
+    heights = np.array(
+        [float(point.split()[1]) for point in re.split("[ML]", path.replace("h0", ""))[1:]]
+    )
+    assert heights.min() == 0
+    assert np.ptp(heights[heights > 500]) > 100
 
 
 def test_trajectories_rotate_and_mark_the_frame_that_is_pointed_at(saved, browse):
