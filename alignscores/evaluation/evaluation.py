@@ -438,11 +438,6 @@ def finite_or_none(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def _text(value: float | None, form: str) -> str:
-    """Return a number, a dash where there is none."""
-    return "-" if value is None or not math.isfinite(value) else format(value, form)
-
-
 def _sd(values: list[float]) -> float | None:
     return statistics.stdev(values) if len(values) > 1 else None
 
@@ -462,3 +457,8 @@ def _alignment(alignment: Similarity | None) -> dict[str, Any] | None:
         "rotation": alignment.rotation.tolist(),
         "translation": alignment.translation.tolist(),
     }
+
+
+def _text(value: float | None, form: str) -> str:
+    """Return a number, a dash where there is none."""
+    return "-" if value is None or not math.isfinite(value) else format(value, form)
