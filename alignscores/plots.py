@@ -17,7 +17,8 @@ from scipy.spatial.transform import Rotation
 
 from .arrays import Floats
 from .evaluation.evaluation import Evaluation
-from .pages.estimates import breaks, over_expected
+from .pages.charts import breaks
+from .pages.estimates import over_expected
 from .texts import shortened
 from .validation import finite_rows
 

@@ -60,7 +60,7 @@ METRICS = (
 MODES = ("xy", "xz", "yz", "xyz")
 WRITTEN = {  # options with the suffixes of their files
     "save_plot": ((".png", ".pdf", ".svg"), "save the plot as .png, .pdf or .svg"),
-    "save_page": ((".html",), "save a page with trajectories, errors and sliders"),
+    "save_page": ((".html",), "save a page with trajectories, errors and scores"),
     "save_rrd": ((".rrd",), "save a recording for the Rerun viewer"),
     "save_errors": ((".csv",), "save the errors of each expected frame"),
     "save_metrics": ((".csv",), "save --metrics or, without it, the scores"),

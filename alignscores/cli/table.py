@@ -2,17 +2,11 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from ..evaluation.evaluation import Evaluation
 from ..texts import padded, shortened, text_width
 
 __all__ = ["LEGEND", "table"]
 
-COLUMNS = (  # a narrow terminal loses columns from the right
-    *("TAS", "RAS", "PAS", "half [{unit}]", "half [deg]"),
-    *("median [{unit}]", "median [deg]", "ATE [{unit}]", "tracked"),
-)
 ALWAYS = (0, 1, 2, 8)  # columns that no terminal is too narrow for
 LONGEST = 28  # characters of a name
 LEGEND = """\
@@ -29,9 +23,8 @@ refined        the alignment with the best TAS; pcr99: the paper's, the best of 
 
 def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[str]]:
     """Return the table of all estimates, and the headers for which the terminal is too narrow."""
-    unit = evaluations[0].settings.form.unit
-    headers = [header.format(unit=unit) for header in COLUMNS]
-    rows = [headers, *map(_cells, evaluations)]
+    headers = list(evaluations[0].row)
+    rows = [headers, *(list(evaluation.row.values()) for evaluation in evaluations)]
     widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
     names = ["estimate", *(shortened(evaluation.name, LONGEST) for evaluation in evaluations)]
     width = max(map(text_width, names))
@@ -43,21 +36,3 @@ def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[st
         for name, row in zip(names, rows, strict=True)
     ]
     return "\n".join(lines), [headers[k] for k in range(len(headers)) if k not in shown]
-
-
-def _cells(evaluation: Evaluation) -> list[str]:
-    """Return the texts of an estimate's columns."""
-    return [
-        *(
-            "-" if np.isnan(score) else f"{score:.3f}"
-            for score in (evaluation.tas, evaluation.ras, evaluation.pas)
-        ),
-        *(_number(value) for value in (evaluation.half_distance, evaluation.half_angle)),
-        *(_number(value) for value in (evaluation.median_distance, evaluation.median_angle)),
-        _number(evaluation.ate),
-        f"{1 - evaluation.lost:.1%}",
-    ]
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None or not np.isfinite(value) else f"{value:.3g}"

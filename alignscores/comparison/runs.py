@@ -48,14 +48,11 @@ class Outcome:
     unit: float = np.nan
     lost: float = 1.0
     scale: float = np.nan  # of the alignment, where there is one for all
-    ate: float | None = None
     chance: float = np.nan  # TAS of a camera that never moves, of the reference alone
     rows: Indices = field(default_factory=lambda: np.empty(0, np.intp))  # in the reference
     stamps: Floats = field(default_factory=lambda: np.empty(0))  # in seconds; none of images
     statuses: NDArray[np.uint8] = field(default_factory=lambda: np.empty(0, np.uint8))
-    # Aligned centres (n, 3), and errors in the reference's unit and in degrees; a failure's are not
-    # finite.
-    positions: Floats = field(default_factory=lambda: np.empty((0, 3)))
+    # Errors in the reference's unit and in degrees; a failure's are not finite.
     position_errors: Floats = field(default_factory=lambda: np.empty(0))
     rotation_errors: Floats = field(default_factory=lambda: np.empty(0))
     notes: list[str] = field(default_factory=list)
@@ -66,6 +63,11 @@ class Outcome:
     def all_notes(self) -> list[str]:
         """The notes, and why the PAS is low."""
         return [*self.notes, self.low_score] if self.low_score else self.notes
+
+    @property
+    def times(self) -> Floats:
+        """The stamps; of images their rows in the reference."""
+        return self.stamps if len(self.stamps) else self.rows.astype(float)
 
 
 def evaluate_run(task: Task) -> Outcome:
@@ -148,11 +150,9 @@ def _outcome(evaluation: Evaluation) -> Outcome:
         lost=evaluation.lost,
         chance=evaluation.chance,
         scale=np.nan if evaluation.scale is None else evaluation.scale,
-        ate=evaluation.ate,
         rows=matches.gt_rows,
         stamps=matches.keys if matches.keys.dtype.kind == "f" else np.empty(0),
         statuses=evaluation.statuses,
-        positions=evaluation.positions,
         position_errors=result.tas.errors,
         rotation_errors=result.ras.errors,
         notes=notes,
@@ -177,8 +177,7 @@ def _stored(file: Path) -> Outcome | None:
         stored = json.loads(file.read_bytes())
         for name, value in vars(Outcome({})).items():
             if isinstance(value, np.ndarray):
-                shape = -1, *value.shape[1:]
-                stored[name] = np.array(stored[name], value.dtype).reshape(shape)
+                stored[name] = np.array(stored[name], value.dtype)
         return Outcome(**stored)
     except (AttributeError, KeyError, OSError, TypeError, ValueError):
         return None

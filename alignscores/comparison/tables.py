@@ -16,11 +16,10 @@ __all__ += ["conditions", "legend", "markdown", "number", "tables"]
 
 
 class Cell(NamedTuple):
-    """A text, what stands behind it, the number that it is sorted by, and whether it is bold."""
+    """A text, what stands behind it, and whether it is bold."""
 
     text: str
     mark: str = ""
-    key: float = math.nan
     best: bool = False
 
     def __str__(self) -> str:
@@ -53,12 +52,8 @@ def _overall(summary: Summary, by: str) -> Table:
                 _rank(entry, by),
                 *(_value(entry, name, name == by) for name in summary.headers),
                 *([Cell(f"{len(entry.results)}/{len(summary.sequences)}")] if partly else []),
-                Cell(
-                    f"{entry.failed}/{entry.runs}",
-                    f"({100 * low:.0f}-{100 * high:.0f} %)",
-                    entry.failed / entry.runs,
-                ),
-                Cell(f"{entry.lost:.1%}", key=entry.lost),
+                Cell(f"{entry.failed}/{entry.runs}", f"({100 * low:.0f}-{100 * high:.0f} %)"),
+                Cell(f"{entry.lost:.1%}"),
             ]
         )
     return Table([*header, "failed runs", "no pose"], rows)
@@ -90,7 +85,7 @@ def _by_sequence(summary: Summary, by: str) -> Table:
 def _rank(entry: Entry, by: str) -> Cell:
     """Return a rank, or the first and the last that a system may have."""
     if rank := entry.ranks[by]:
-        return Cell("-".join(map(str, dict.fromkeys(rank))), key=sum(rank))
+        return Cell("-".join(map(str, dict.fromkeys(rank))))
     return Cell("1 run" if entry.runs == len(entry.results) else "-")
 
 
@@ -104,7 +99,7 @@ def _value(entry: Entry, name: str, ranked: bool) -> Cell:
     value = entry.mean(name) if larger else entry.mean_of_scored(name)
     marks = [_rank(entry, name).text.join("()")] if rank and entry.sequence else []
     marks += [f"†{entry.failed}"] if entry.failed and entry.sequence else []
-    return Cell(number(value), " ".join(marks), value, rank is not None and rank == (1, 1))
+    return Cell(number(value), " ".join(marks), rank is not None and rank == (1, 1))
 
 
 def number(value: float) -> str:
@@ -188,11 +183,10 @@ def as_html(table: Table, caption: str = "") -> str:
 
 
 def _html_cell(name: str, cell: Cell) -> str:
-    """Return a cell, with what it is sorted by if that is not its text."""
-    key = "" if math.isnan(cell.key) else f' data-key="{min(cell.key, 1e300):.9g}"'
+    """Return a cell with the name of its column, for narrow screens."""
     best = ' class="best"' if cell.best else ""
     mark = f' <span class="rank">{escape(cell.mark)}</span>' if cell.mark else ""
-    return f'<td data-label="{escape(name)}"{key}{best}><span>{escape(cell.text)}{mark}</span></td>'
+    return f'<td data-label="{escape(name)}"{best}><span>{escape(cell.text)}{mark}</span></td>'
 
 
 def as_csv(summary: Summary) -> str:

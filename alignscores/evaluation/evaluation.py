@@ -236,6 +236,24 @@ class Evaluation:
         codes = np.where(self.matches.est_rows < 0, LOST, 2 * no_position + no_rotation)
         return codes.astype(np.uint8)
 
+    @property
+    def row(self) -> dict[str, str]:
+        """Its row in the table of the command: texts by the headers of the columns."""
+        unit = self.settings.form.unit
+        scores = {"TAS": self.tas, "RAS": self.ras, "PAS": self.pas}
+        errors = {
+            f"half [{unit}]": self.half_distance,
+            "half [deg]": self.half_angle,
+            f"median [{unit}]": self.median_distance,
+            "median [deg]": self.median_angle,
+            f"ATE [{unit}]": self.ate,
+        }
+        return {
+            **{name: _text(score, ".3f") for name, score in scores.items()},
+            **{name: _text(error, ".3g") for name, error in errors.items()},
+            "tracked": f"{1 - self.lost:.1%}",
+        }
+
     def value(self, name: str) -> float | None:
         """Return a score, or one of the metrics in the settings; None where it has no value.
 
@@ -366,7 +384,7 @@ class Evaluation:
         return figure_of([self], [kind] if kind else [], plot_mode=plot_mode, interactive=True)
 
     def save_page(self, path: str | PathLike[str]) -> None:
-        """Write a page with the scores, trajectories, errors over time, and sliders.
+        """Write a page with the scores, trajectories and errors over time.
 
         Parameters
         ----------
@@ -404,3 +422,8 @@ def _alignment(alignment: Similarity | None) -> dict[str, Any] | None:
         "rotation": alignment.rotation.tolist(),
         "translation": alignment.translation.tolist(),
     }
+
+
+def _text(value: float | None, form: str) -> str:
+    """Return a number, a dash where there is none."""
+    return "-" if value is None or not math.isfinite(value) else format(value, form)

@@ -1,27 +1,26 @@
-"""One self-contained page: verdict, tables, drawings and trajectories."""
+"""The page of a comparison: verdict, tables and drawings, without scripts."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from ..comparison.baseline import Changes
 from ..comparison.comparison import Comparison
-from ..comparison.runs import Outcome
-from ..comparison.summary import Summary
 from ..comparison.tables import as_html, conditions, legend, tables
 from ..texts import printable
-from .document import data_element, document, source
-from .drawings import dots, errors_over_time, forest, style
-from .estimates import page_without_data
-from .sequences import reference_on, sequences_data
+from .charts import LEGEND, key
+from .document import document
+from .drawings import differences, errors_over_time, runs
 
 __all__ = ["page"]
 
-MOST = 15  # megabytes of trajectories
+MEDIANS = """\
+<p class="small">Median over the runs of a system, shaded where most have no pose; below, a band for
+each run.</p>"""
+MORE = """\
+<p class="small"><code>alignscores REF EST... --save_page FILE.html</code> writes a page of one
+sequence, with its trajectories and the errors of each frame.</p>"""
 
 
 def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str:
@@ -32,11 +31,9 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
     title = re.split(r": .+ wins \d|: it wins \d|\.$", verdict[0])[0]
     sections = _sections(comparison, by)
     if changed:
-        table = as_html(
-            changed.table(comparison.summary.system_names), f"Against {_short(changed.file)}"
-        )
-        content = table + _list(changed.notes)
-        sections.insert(0, ("changes", f"Changes in {by}", content))
+        caption = f"Against {printable(Path(changed.file).name)}"
+        table = as_html(changed.table(comparison.summary.system_names), caption)
+        sections.insert(0, ("changes", f"Changes in {by}", table + _list(changed.notes)))
     links = "".join(
         f'<li><a href="#{name}">{escape(heading)}</a></li>' for name, heading, _ in sections
     )
@@ -50,14 +47,8 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
         title,
         f"<header><h1>{escape(title)}</h1>{lead}"
         f'<nav aria-label="Sections"><ul>{links}</ul></nav></header>\n<main>{body}</main>',
-        styles=("style.css", "page.css"),
-        scripts=["page.js"],
-        allowed="frame-src blob:",
+        ["style.css"],
     )
-
-
-def _short(file: str) -> str:
-    return printable(Path(file).name)
 
 
 def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
@@ -66,16 +57,16 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     overall, by_sequence = tables(summary, by)
     notes = [*legend(summary, settings), *conditions(settings)]
     pairs = summary.pairs_by(by)
-    runs = {summary.sequence_names[s]: _runs(summary, by, s) for s in summary.sequences}
-    errors = {summary.sequence_names[s]: _errors(comparison, s) for s in summary.sequences}
-    trajectories = _trajectories(sequences_data(comparison, by), by, summary)
+    systems = key([summary.system_names[system] for system in sorted(summary.systems)])
+    names = summary.sequence_names
+    of_runs = [(names[s], runs(summary, by, s)) for s in summary.sequences]
+    errors = [(names[s], errors_over_time(comparison, s)) for s in summary.sequences]
     sections = [
         ("overall", "All sequences", as_html(overall) + _list(notes)),
         ("sequences", f"{by} by sequence", as_html(by_sequence)),
-        ("differences", f"Differences in {by}", forest(pairs, by, summary.system_names)),
-        ("runs", f"{by} of each run", _panels(runs)),
-        ("errors", "Errors over time", _key(summary) + source("bands.html") + _panels(errors)),
-        ("trajectories", "Trajectories, camera by camera", trajectories),
+        ("differences", f"Differences in {by}", differences(pairs, by, summary.system_names)),
+        ("runs", f"{by} of each run", _panels(of_runs)),
+        ("errors", "Errors over time", systems + MEDIANS + LEGEND + _panels(errors) + MORE),
     ]
     return [section for section in sections if pairs or section[0] != "differences"]
 
@@ -84,74 +75,10 @@ def _list(lines: Sequence[str]) -> str:
     return f'<ul class="small">{"".join(f"<li>{escape(line)}</li>" for line in lines)}</ul>'
 
 
-def _panels(drawings: dict[str, str]) -> str:
+def _panels(drawings: Sequence[tuple[str, str]]) -> str:
     """Return drawings, each with its caption."""
     figures = (
         f"<figure><figcaption>{escape(name)}</figcaption>{drawing}</figure>"
-        for name, drawing in drawings.items()
+        for name, drawing in drawings
     )
     return f'<div class="panels">{"".join(figures)}</div>'
-
-
-def _key(summary: Summary) -> str:
-    items = "".join(
-        f'<li><svg width="34" height="10" aria-hidden="true"><path {style(index)} d="M0 5H34"/>'
-        f"</svg> {escape(summary.system_names[system])}</li>"
-        for index, system in enumerate(sorted(summary.systems))
-    )
-    return f'<ul class="key">{items}</ul>'
-
-
-def _outcomes(summary: Summary, system: str, sequence: str) -> list[Outcome]:
-    """Return the runs of a system that were scored."""
-    return [r.outcome for r in summary.of(system, sequence) if not r.failed]
-
-
-def _runs(summary: Summary, by: str, sequence: str) -> str:
-    """Draw the scored runs of all systems that were tried on a sequence."""
-    values = {}
-    for system in summary.ranked(by):
-        if entry := summary.entries.get((system, sequence)):
-            failed = f" †{entry.failed}" if entry.failed else ""
-            scored = [r.outcome.scores[by] for r in summary.of(system, sequence) if not r.failed]
-            values[summary.system_names[system] + failed] = scored
-    return dots(values, by)
-
-
-def _errors(comparison: Comparison, sequence: str) -> str:
-    """Draw the errors of all systems on a sequence over time."""
-    summary, settings = comparison.summary, comparison.settings
-    runs = {system: _outcomes(summary, system, sequence) for system in summary.systems}
-    shown = {comparison.summary.system_names[a]: own for a, own in runs.items() if own}
-    if not shown:
-        return "<p>No run was scored.</p>"
-    keys = reference_on(comparison, sequence)[0].keys
-    timed = keys.dtype.kind == "f"
-    return errors_over_time(
-        shown,
-        [comparison.summary.system_names[system] for system in sorted(summary.systems)],
-        keys if timed else np.arange(len(keys), dtype=float),
-        "{:.0f} s" if timed else "image {:.0f}",
-        (settings.max_threshold, settings.max_threshold_deg),
-    )
-
-
-def _trajectories(trajectories: Mapping[str, Mapping[str, Any]], by: str, summary: Summary) -> str:
-    """Return the data of each sequence, which a script puts into a page of trajectories."""
-    if not trajectories:
-        return "<p>No run was scored.</p>"
-    elements = [
-        data_element(f"own-{index}", data) for index, data in enumerate(trajectories.values())
-    ]
-    if (size := sum(map(len, elements)) / 1e6) > MOST:
-        return (
-            f"<p>The trajectories would take {size:.3g} MB, more than {MOST} MB, and are left out. "
-            "<code>alignscores FORMAT REFERENCE ESTIMATE... --save_page FILE.html</code> makes a "
-            "page of one sequence.</p>"
-        )
-    options = "".join(
-        f'<option value="{index}">{escape(summary.sequence_names[sequence])}</option>'
-        for index, sequence in enumerate(trajectories)
-    )
-    html = source("trajectories.html").format(options=options, by=escape(by))
-    return "".join([html, data_element("own-page", page_without_data()), *elements])

@@ -1,4 +1,4 @@
-"""A self-contained page: styles, scripts and data in one file, which needs no network."""
+"""A page in one file, with its styles, scripts and data, which needs no network."""
 
 import json
 from base64 import b64encode
@@ -19,7 +19,7 @@ HEAD = """\
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
-style-src 'unsafe-inline'; script-src 'unsafe-inline'{more}">
+style-src 'unsafe-inline'{scripts}">
 <meta name="color-scheme" content="light dark">
 """
 
@@ -29,32 +29,20 @@ def source(name: str) -> str:
     return files(__package__).joinpath(name).read_text("utf-8")
 
 
-def document(
-    title: str,
-    body: str,
-    *,
-    styles: Iterable[str],
-    scripts: Iterable[str],
-    data: Any = None,
-    allowed: str = "",
-) -> str:
-    """Return a page with a body in HTML, the named styles and scripts, and data.
-
-    `allowed` is added to its content security policy, ``"frame-src blob:"`` for example.
-    """
-    head = HEAD.format(more=f"; {allowed}" if allowed else "")
+def document(title: str, body: str, styles: Iterable[str], scripts: Iterable[str] = ()) -> str:
+    """Return a page with a body in HTML, and the named styles and scripts."""
+    head = HEAD.format(scripts="; script-src 'unsafe-inline'" if scripts else "")
     parts = [head, f"<title>{escape(title)}</title>\n"]
     parts += [f"<style>\n{source(style)}</style>\n" for style in styles]
     parts.append(f"</head>\n<body>\n{body}\n")
-    parts += [] if data is None else [data_element("data", data)]
     parts += [f"<script>\n{source(script)}</script>\n" for script in scripts]
     return "".join([*parts, "</body>\n</html>\n"])
 
 
-def data_element(name: str, data: Any) -> str:
-    """Return the element of a page that holds data as JSON; its text has no ``<``."""
+def data_element(data: Any) -> str:
+    """Return data as JSON in an element for scripts; its text has no ``<``."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
-    return f'<script type="application/json" id="{name}">{text}</script>\n'
+    return f'<script type="application/json">{text}</script>'
 
 
 def packed(values: NDArray[Any], kind: str) -> str:
