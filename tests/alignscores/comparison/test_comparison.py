@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from alignscores import compare
+from alignscores import compare, evaluate
 
 
 @pytest.fixture
@@ -66,3 +66,19 @@ def test_a_table_of_pandas(found):
     entries = {e["system"]: e for e in found.to_dict()["systems"] if e["sequence"] is None}
     assert overall["PAS"].to_dict() == {name: entry["PAS"] for name, entry in entries.items()}
     assert {"TAS", "RAS_sd", "half_distance", "ate:rmse", "runs", "n"} <= set(table)
+
+
+def test_a_gap_of_the_reference_is_longer_than_two_expected_frames(tmp_path):
+    """As in `evaluate`: with a frame in ten seconds a hole of eight is none."""
+    stamps = np.arange(0, 60, 0.1)
+    stamps = stamps[(stamps < 20) | (stamps > 28)]
+    positions = np.column_stack([np.cos(stamps), np.sin(stamps), np.cos(2 * stamps)])
+    table = np.column_stack([stamps, positions, np.tile([0, 0, 0, 1], (len(stamps), 1))])
+    file = tmp_path / "reference.txt"
+    np.savetxt(file, table)
+    for rate, noted in ((10, True), (0.1, False)):
+        settings = {"rate": rate, "unit": 1}
+        own = [str(note) for note in evaluate(file, file, **settings).notes]
+        assert any("the reference has no pose" in note for note in own) == noted
+        both = compare(file, [file], **settings).notes
+        assert any("the reference has no pose" in note for note in both) == noted
