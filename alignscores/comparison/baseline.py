@@ -66,7 +66,7 @@ class Changes:
         entry = {"file": printable(self.file), "metric": self.metric, "notes": self.notes}
         return entry | {"systems": [one.to_dict() for one in self.systems]}
 
-    def table(self, names: Mapping[str, str]) -> Table:
+    def table(self) -> Table:
         """Return a row for each system."""
         header = ["system", "saved", "now", "wins", "difference", "change"]
         rows = []
@@ -74,7 +74,7 @@ class Changes:
             change = one.change or "not significant"
             p = one.better if one.change == "better" else one.worse
             texts = (
-                names[one.system],
+                one.system,
                 number(one.pair.means[1]),
                 number(one.pair.means[0]),
                 f"{one.pair.wins:.0%}",
@@ -123,7 +123,7 @@ def changes(
     gone = [key for key in were if key not in places]
     new = [key for key in places if key not in were]
     notes = [
-        f"{what}: {first_few([printable(f'{system} on {s}') for system, s in own])}"
+        f"{what}: {first_few([f'{system} on {s}' for system, s in own])}"
         for what, own in (("new", new), ("gone", gone))
         if own
     ]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..evaluation.settings import Settings
-from ..texts import brief, first_few, unique_names
+from ..texts import brief, first_few, printable, unique_names
 from ..trajectories.extras import require
 from ..trajectories.recognition import recognise
 from ..validation import check_positive
@@ -20,8 +20,8 @@ __all__ += ["read_yaml"]
 FIELDS = ("sequence", "system", "run")
 # Keys of a YAML file, of an entry of `sequences`, and of an entry of `systems`.
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
-OF_SEQUENCE = ("name", "format", "t_offset", "frames", "unit")
-OF_SYSTEM = ("name", "est_format", "runs", "invert")
+OF_SEQUENCE = ("format", "t_offset", "frames", "unit")
+OF_SYSTEM = ("est_format", "runs", "invert")
 
 
 FilePath = str | Path
@@ -48,9 +48,7 @@ class Benchmark:
     runs: list[Run]  # missing ones among them, in the order of sequence, system and run
     problems: list[str]  # a line for whatever is left out
     files: list[str]  # all that was found, also what is left out
-    # Names to be shown of systems and sequences, and settings of their own.
-    names: tuple[Mapping[str, str], Mapping[str, str]] = ({}, {})
-    sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)
+    sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)  # settings
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
 
 
@@ -61,9 +59,9 @@ def from_files(
     if not isinstance(estimates, Mapping):
         files = list(map(str, estimates))
         estimates = dict(zip(unique_names(files), files, strict=True))
-    sequence = Path(reference).stem
+    sequence = printable(Path(reference).stem)
     runs = [
-        Run(sequence, system, str(number), str(file))
+        Run(sequence, printable(str(system)), str(number), str(file))
         for system, paths in estimates.items()
         for number, file in enumerate([paths] if isinstance(paths, FilePath) else paths, 1)
     ]
@@ -152,7 +150,7 @@ def _by_fields(
     """Return the path of each sequence or run; those with several paths are a problem."""
     paths = defaultdict(list)
     for path, values in files.items():
-        paths[tuple({**default, **values}[name] for name in fields)].append(path)
+        paths[tuple(printable({**default, **values}[name]) for name in fields)].append(path)
     for key, several in paths.items():
         if several[1:]:
             problems.append(
@@ -220,9 +218,8 @@ def _described(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Be
     form = Settings(format=content.get("format")).format
     sequences = _entries(content, "sequences", OF_SEQUENCE)
     systems = _entries(content, "systems", OF_SYSTEM)
-    names = _pop(systems, "name"), _pop(sequences, "name")
     runs = {"": content["runs"]} if "runs" in content else {}
-    runs |= _pop(systems, "runs")
+    runs |= {name: entry.pop("runs") for name, entry in systems.items() if "runs" in entry}
     for number in runs.values():
         check_positive(number, "runs", integer=True)
     for entry, options in [*sequences.items(), *systems.items()]:
@@ -241,7 +238,7 @@ def _described(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Be
         systems=list(systems),
         sequences=list(sequences),
     )
-    return replace(benchmark, names=names, sequence_options=sequences, system_options=systems)
+    return replace(benchmark, sequence_options=sequences, system_options=systems)
 
 
 def _entries(
@@ -252,11 +249,6 @@ def _entries(
     return {
         str(name): _mapping(entry, keys, f"{kind}: {name}: ") for name, entry in entries.items()
     }
-
-
-def _pop(entries: Mapping[str, dict[str, Any]], key: str) -> dict[str, Any]:
-    """Remove a key of all entries that have it; return its values."""
-    return {name: entry.pop(key) for name, entry in entries.items() if key in entry}
 
 
 def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, Any]:

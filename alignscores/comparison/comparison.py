@@ -300,7 +300,7 @@ def compare_runs(
     runs = _scored(tasks, jobs, progress)
     if not runs:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
-    summary = summarise(runs, settings.metrics, settings.form, paired, benchmark.names)
+    summary = summarise(runs, settings.metrics, settings.form, paired)
     notes += _notes_of_sequences(runs)
     all_notes = [*_notes_of_runs(runs), *_alike("", notes)]
     return Comparison(benchmark, settings, summary, problems, all_notes)

@@ -10,7 +10,6 @@ import numpy as np
 
 from ..arrays import Floats
 from ..metrics import header, metric
-from ..texts import printable
 from ..trajectories.formats import Format
 from . import statistics
 from .benchmark import Run
@@ -208,8 +207,6 @@ class Summary:
     entries: dict[tuple[str, str | None], Entry]  # where the system was tried
     pairs: list[Pair]
     length: str  # unit of positions, where it is known
-    system_names: Mapping[str, str]  # as they are shown
-    sequence_names: Mapping[str, str]
 
     def of(self, system: str, sequence: str) -> Sequence[Result]:
         """Return the runs of a system on a sequence."""
@@ -247,12 +244,8 @@ def summarise(
     metrics: Sequence[str],
     form: Format,
     paired: bool = False,
-    names: tuple[Mapping[str, str], Mapping[str, str]] = ({}, {}),
 ) -> Summary:
-    """Summarise scored, failed and missing runs; a system without any was not tried there.
-
-    `names` are shown for systems and sequences that have other names than their files.
-    """
+    """Summarise scored, failed and missing runs; a system without any was not tried there."""
     measured = [*COLUMNS, *metrics]
     sequences = list(dict.fromkeys(run.sequence for run, _ in runs))
     results = [result for sequence in sequences for result in _results(runs, sequence, measured)]
@@ -276,11 +269,7 @@ def summarise(
     order = sorted(systems, key=lambda system: (-np.nan_to_num(overall[system].mean(by)), system))
     length = form.unit if form.unit == "m" else ""
     headers = {name: header(name, length) for name in measured}
-    shown = (
-        {key: printable(str(own.get(key, key))) for key in keys}
-        for keys, own in zip((order, sequences), names, strict=True)
-    )
-    return Summary(headers, sequences, order, results, entries, pairs, length, *shown)
+    return Summary(headers, sequences, order, results, entries, pairs, length)
 
 
 def by_system(results: Iterable[Result]) -> dict[str, dict[str, list[Result]]]:

@@ -48,7 +48,7 @@ def _overall(summary: Summary, by: str) -> Table:
         low, high = entry.failing
         rows.append(
             [
-                Cell(summary.system_names[system]),
+                Cell(system),
                 _rank(entry, by),
                 *(_value(entry, name, name == by) for name in summary.headers),
                 *([Cell(f"{len(entry.results)}/{len(summary.sequences)}")] if partly else []),
@@ -61,17 +61,14 @@ def _overall(summary: Summary, by: str) -> Table:
 
 def _by_sequence(summary: Summary, by: str) -> Table:
     """Return a metric of each system on each sequence, and d."""
-    header = [
-        summary.headers[by],
-        *(summary.sequence_names[sequence] for sequence in summary.sequences),
-    ]
+    header = [summary.headers[by], *summary.sequences]
     rows = []
     for system in summary.ranked(by):
         entries = [summary.entries.get((system, sequence)) for sequence in summary.sequences]
         cells = [
             _value(entry, by, ranked=True) if entry else Cell("not tried") for entry in entries
         ]
-        rows.append([Cell(summary.system_names[system]), *cells])
+        rows.append([Cell(system), *cells])
     units = map(summary.unit, summary.sequences)
     rows.append(
         [

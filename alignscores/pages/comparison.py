@@ -25,14 +25,12 @@ sequence, with its trajectories and the errors of each frame.</p>"""
 
 def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str:
     """Return the page; `by` is the metric of the verdict and of the drawings."""
-    verdict = comparison.verdict(by) or [
-        f"{by} of {', '.join(comparison.summary.system_names.values())}"
-    ]
+    verdict = comparison.verdict(by) or [f"{by} of {', '.join(comparison.summary.systems)}"]
     title = re.split(r": .+ wins \d|: it wins \d|\.$", verdict[0])[0]
     sections = _sections(comparison, by)
     if changed:
         caption = f"Against {printable(Path(changed.file).name)}"
-        table = as_html(changed.table(comparison.summary.system_names), caption)
+        table = as_html(changed.table(), caption)
         sections.insert(0, ("changes", f"Changes in {by}", table + _list(changed.notes)))
     links = "".join(
         f'<li><a href="#{name}">{escape(heading)}</a></li>' for name, heading, _ in sections
@@ -57,16 +55,15 @@ def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
     overall, by_sequence = tables(summary, by)
     notes = [*legend(summary, settings), *conditions(settings)]
     pairs = summary.pairs_by(by)
-    systems = key([summary.system_names[system] for system in sorted(summary.systems)])
-    names = summary.sequence_names
-    of_runs = [(names[s], runs(summary, by, s)) for s in summary.sequences]
-    errors = [(names[s], errors_over_time(comparison, s)) for s in summary.sequences]
+    of_runs = [(s, runs(summary, by, s)) for s in summary.sequences]
+    errors = [(s, errors_over_time(comparison, s)) for s in summary.sequences]
+    over_time = key(sorted(summary.systems)) + MEDIANS + LEGEND + _panels(errors) + MORE
     sections = [
         ("overall", "All sequences", as_html(overall) + _list(notes)),
         ("sequences", f"{by} by sequence", as_html(by_sequence)),
-        ("differences", f"Differences in {by}", differences(pairs, by, summary.system_names)),
+        ("differences", f"Differences in {by}", differences(pairs, by)),
         ("runs", f"{by} of each run", _panels(of_runs)),
-        ("errors", "Errors over time", systems + MEDIANS + LEGEND + _panels(errors) + MORE),
+        ("errors", "Errors over time", over_time),
     ]
     return [section for section in sections if pairs or section[0] != "differences"]
 

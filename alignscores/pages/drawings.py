@@ -1,7 +1,7 @@
 """Drawings of a comparison: differences, runs, and errors over time."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -31,14 +31,14 @@ __all__ = ["differences", "errors_over_time", "runs"]
 N_BINS = 160  # largest number of medians along a curve
 
 
-def differences(pairs: Sequence[Pair], by: str, names: Mapping[str, str]) -> str:
+def differences(pairs: Sequence[Pair], by: str) -> str:
     """Draw the difference of each pair of systems, with its interval where it is significant."""
     shown = [pair for pair in pairs if math.isfinite(pair.difference.value)]
     shown.sort(key=lambda pair: not pair.tested)
     x = _axis([0.0, *(end for pair in shown for end in _ends(pair))])
     rows, spoken = [], []
     for pair in shown:
-        which = f"{names[pair.a]} − {names[pair.b]}"
+        which = f"{pair.a} − {pair.b}"
         said = p_text(pair.p) if pair.tested else "not tested"
         value, *interval = x(_ends(pair)).tolist()
         marks = [upright(float(x(0)), "rule")]
@@ -70,9 +70,9 @@ def runs(summary: Summary, by: str, sequence: str) -> str:
     rows, spoken = [], []
     for system, own in finite.items():
         failed = summary.entries[system, sequence].failed
-        name = summary.system_names[system] + (f" †{failed}" if failed else "")
         marks = [flat(0.5, "dot", place, place) for place in x(own).tolist()]
         marks += [upright(float(x(np.mean(own))), "mean")] if own else []
+        name = f"{system} †{failed}" if failed else system
         rows.append((name, drawing([flat(0.5, "grid"), *marks])))
         spoken.append(f"{name}: {', '.join(map(number, values[system]))}")
     return chart(x, rows, f"{by} of each run. {'; '.join(spoken)}")
@@ -118,11 +118,8 @@ def errors_over_time(comparison: Comparison, sequence: str) -> str:
     for system, own in outcomes.items():
         for number_of_run, one in enumerate(own):
             drawn = band(x, one.times - start, (one.position_errors, one.rotation_errors), limits)
-            rows.append(("" if number_of_run else summary.system_names[system], drawn))
-    spoken = "; ".join(
-        f"{summary.system_names[system]}: {np.nanmedian(own):.2g}"
-        for system, own in medians.items()
-    )
+            rows.append(("" if number_of_run else system, drawn))
+    spoken = "; ".join(f"{system}: {np.nanmedian(own):.2g}" for system, own in medians.items())
     return chart(x, rows, f"Median position error over time. Typical: {spoken}")
 
 
