@@ -12,7 +12,6 @@ __all__ = ["WIDTH", "brief", "column_widths", "csv_text", "first_few", "numbered
 __all__ += ["printable", "shortened", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
-FORMULA = "=", "+", "-", "@"  # how one begins
 FEW = 5  # entries of a list that a message shows
 LONGEST = 60  # characters of a text in a message
 
@@ -52,15 +51,15 @@ def csv_text(header: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
-    writer.writerows([_cell(value) for value in line] for line in lines)
+    writer.writerows(map(_cell, line) for line in lines)
     return text.getvalue()
 
 
 def _cell(value: object) -> object:
     if not isinstance(value, str):
         return value
-    shown = "\n".join(map(printable, value.split("\n")))
-    return f"'{shown}" if shown.startswith(FORMULA) else shown
+    text = printable(value)
+    return f"'{text}" if text.startswith(("=", "+", "-", "@")) else text
 
 
 def text_width(text: str) -> int:

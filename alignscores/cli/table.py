@@ -1,19 +1,21 @@
 """The table of the estimates, no wider than the terminal."""
 
+import math
+import sys
 from collections.abc import Sequence
 
-import numpy as np
-
+from ..comparison.tables import Cell, Table, as_text
 from ..evaluation.evaluation import Evaluation
-from ..texts import padded, shortened, text_width
+from ..metrics import metric
+from ..texts import shortened, text_width
 
-__all__ = ["LEGEND", "table"]
+__all__ = ["LEGEND", "metric_table", "table"]
 
-COLUMNS = (  # a narrow terminal loses columns from the right
-    *("TAS", "RAS", "PAS", "half [{unit}]", "half [deg]"),
+COLUMNS = (  # a narrow terminal loses columns from the right, but the last
+    *("estimate", "TAS", "RAS", "PAS", "half [{unit}]", "half [deg]"),
     *("median [{unit}]", "median [deg]", "ATE [{unit}]", "tracked"),
 )
-ALWAYS = (0, 1, 2, 8)  # columns that no terminal is too narrow for
+ALWAYS = 5  # columns that no terminal is too narrow for
 LONGEST = 28  # characters of a name
 LEGEND = """\
 TAS, RAS, PAS  scores of positions, of rotations, and their mean, from 0 to 1; lost frames score 0
@@ -30,34 +32,49 @@ refined        the alignment with the best TAS; pcr99: the paper's, the best of 
 def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[str]]:
     """Return the table of all estimates, and the headers for which the terminal is too narrow."""
     unit = evaluations[0].settings.form.unit
-    headers = [header.format(unit=unit) for header in COLUMNS]
-    rows = [headers, *map(_cells, evaluations)]
-    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
-    names = ["estimate", *(shortened(evaluation.name, LONGEST) for evaluation in evaluations)]
-    width = max(map(text_width, names))
-    shown = list(range(len(headers)))
-    while width + sum(widths[k] + 2 for k in shown) > columns and len(shown) > len(ALWAYS):
-        shown.remove(max(set(shown).difference(ALWAYS)))
-    lines = [
-        padded(name, width) + "".join("  " + row[k].rjust(widths[k]) for k in shown)
-        for name, row in zip(names, rows, strict=True)
-    ]
-    return "\n".join(lines), [headers[k] for k in range(len(headers)) if k not in shown]
+    header = [name.format(unit=unit) for name in COLUMNS]
+    rows = [list(map(Cell, _row(evaluation))) for evaluation in evaluations]
+    left_out: list[str] = []
+    while True:
+        text = as_text(Table(header, rows), sys.maxsize)
+        if len(header) == ALWAYS or text_width(text.splitlines()[0]) <= columns:
+            return text, left_out
+        left_out.insert(0, header.pop(-2))
+        for row in rows:
+            row.pop(-2)
 
 
-def _cells(evaluation: Evaluation) -> list[str]:
+def _row(one: Evaluation) -> list[str]:
     """Return the texts of an estimate's columns."""
-    return [
-        *(
-            "-" if np.isnan(score) else f"{score:.3f}"
-            for score in (evaluation.tas, evaluation.ras, evaluation.pas)
-        ),
-        *(_number(value) for value in (evaluation.half_distance, evaluation.half_angle)),
-        *(_number(value) for value in (evaluation.median_distance, evaluation.median_angle)),
-        _number(evaluation.ate),
-        f"{1 - evaluation.lost:.1%}",
-    ]
+    scores = ["-" if math.isnan(score) else f"{score:.3f}" for score in (one.tas, one.ras, one.pas)]
+    halves = one.half_distance, one.half_angle
+    errors = [_number(value) for value in (*halves, one.median_distance, one.median_angle, one.ate)]
+    return [shortened(one.name, LONGEST), *scores, *errors, f"{1 - one.lost:.1%}"]
 
 
 def _number(value: float | None) -> str:
-    return "-" if value is None or not np.isfinite(value) else f"{value:.3g}"
+    return "-" if value is None or not math.isfinite(value) else f"{value:.3g}"
+
+
+def metric_table(evaluations: Sequence[Evaluation], columns: int) -> str:
+    """Return the table of the metrics of estimates, in blocks of at most so many columns."""
+    settings = evaluations[0].settings
+    units = [
+        metric(name).family.unit.replace("units", settings.form.unit) for name in settings.metrics
+    ]
+    headings = [
+        f"{name} [{unit}]" if unit else name
+        for name, unit in zip(settings.metrics, units, strict=True)
+    ]
+    rows = [
+        [shortened(one.name, LONGEST), *(_cell(name, one.value(name)) for name in settings.metrics)]
+        for one in evaluations
+    ]
+    return as_text(Table(["estimate", *headings], [list(map(Cell, row)) for row in rows]), columns)
+
+
+def _cell(name: str, value: float | None) -> str:
+    if value is None:
+        return "-"
+    unit = metric(name).family.unit
+    return f"{value:.4f}" if not unit else f"{value:.2f}" if unit == "%" else f"{value:.4g}"
