@@ -8,12 +8,7 @@ from pathlib import Path
 
 from ..comparison.baseline import Changes, changes, read_baseline
 from ..comparison.benchmark import Benchmark
-from ..comparison.comparison import (
-    Comparison,
-    compare_runs,
-    find_benchmark,
-    settings_of_run,
-)
+from ..comparison.comparison import Comparison, compare_runs, find_benchmark, settings_of_run
 from ..comparison.gate import Condition, conditions_of, reasons_to_fail
 from ..comparison.runs import COLUMNS
 from ..comparison.summary import Result
@@ -24,7 +19,7 @@ from ..texts import printable
 from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .output import print_error, print_note, show_progress
-from .parser import Parser, output_file
+from .parser import Parser, format_and_files, output_file
 from .report import Report
 from .saving import refuse_to_replace
 
@@ -52,17 +47,14 @@ FAIL_ON = (
     "exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; with --baseline "
     "also 'PAS drops 0.05', or 'worse' (significantly, by the --by metric)"
 )
-MORE_METRICS = "more metrics, such as auc@30:vggt,rpe@1m; `alignscores metrics` lists them"
 FAILS = 3  # exit code
-NOTES = 4  # without --verbose
 STDOUT = Path("-")
 
 
-def compare_parser(*, everything: bool = True) -> Parser:
+def compare_parser() -> Parser:
     """Return the parser; its help has all options, or the everyday ones."""
     parser = Parser(
         EVERYDAY,
-        everything=everything,
         prog="alignscores compare",
         usage=USAGE,
         description="Compare systems over sequences and runs. Lost frames, failed and missing runs "
@@ -70,22 +62,21 @@ def compare_parser(*, everything: bool = True) -> Parser:
         epilog=EPILOG,
     )
     parser.add_argument("files", nargs="+", metavar="[FORMAT] REF EST", help=FILES)
-    parser.add_settings("format", "metrics")
-    add = parser.add_argument_group("runs").add_argument
+    parser.add_settings()
+    add = parser.group("runs").add_argument
     add("--dry-run", action="store_true", help="list the files, and score nothing")
     add("--expect_all", action="store_true", help="a system without runs on a sequence fails")
     jobs, help = available_processors(), "processes in parallel (default: %(default)s)"
     add("--jobs", type=int, default=jobs, metavar="X", help=help)
     add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
-    add = parser.add_argument_group("verdicts").add_argument
+    add = parser.group("verdicts").add_argument
     add("--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)")
     add("--baseline", metavar="FILE.json", help="compare with an earlier --json output")
     add("--fail_on", default="", metavar="CONDITIONS", help=FAIL_ON)
     add("--paired", action="store_true", help="compare runs of the same name")
-    output = parser.add_argument_group("output")
+    output = parser.group("output")
     add = output.add_argument
     add("-v", "--verbose", action="store_true", help="explain the numbers")
-    add("--metrics", metavar="NAMES", default=(), help=MORE_METRICS)
     add("--html", metavar="FILE.html", type=output_file(".html"), help="save an HTML page")
     add("--markdown", metavar="FILE", type=Path, help="save a report in Markdown; - prints it")
     add = output.add_mutually_exclusive_group().add_argument
@@ -98,7 +89,7 @@ def compare_parser(*, everything: bool = True) -> Parser:
 
 def run(argv: Sequence[str]) -> int:
     """Find, score and compare all runs; what is wrong with one does not stop the others."""
-    parser = compare_parser(everything="--help-all" in argv)
+    parser = compare_parser()
     arguments = parser.parse(argv)
     settings = parser.settings(arguments)
     gate = _gate(parser, arguments, [*COLUMNS, *settings.metrics])
@@ -131,7 +122,8 @@ def run(argv: Sequence[str]) -> int:
             problems.append(f"{path}: {error}")
     form = "markdown" if arguments.markdown == STDOUT else arguments.show
     print(report.written(form, verbose=arguments.verbose), end="", flush=True)
-    _print_notes(comparison, verbose=arguments.verbose)
+    for note in comparison.notes + (comparison.low_scores if arguments.verbose else []):
+        print_note(note)
     for problem in [*problems, *reasons]:
         print_error(problem)
     return FAILS if reasons else int(bool(problems))
@@ -157,18 +149,13 @@ def _gate(
 
 def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings) -> Benchmark:
     """Find the files of two patterns, or read a YAML file."""
-    first, *others = arguments.files
-    if first in FORMATS:
-        settings = replace(settings, format=first)
-    else:
-        others = arguments.files
-    match others:
-        case [reference, estimate]:
-            return find_benchmark(reference, estimate, settings, arguments.expect_all)
-        case [file]:
-            return find_benchmark(file, None, settings, arguments.expect_all)
-    forms = f"a format ({', '.join(FORMATS)}) and two patterns, or one YAML file"
-    parser.error(f"give {forms}; `alignscores REF EST EST` scores single files")
+    form, files = format_and_files(arguments.files)
+    if len(files) not in (1, 2):
+        forms = f"a format ({', '.join(FORMATS)}) and two patterns, or one YAML file"
+        parser.error(f"give {forms}; `alignscores REF EST EST` scores single files")
+    reference, estimate = files if files[1:] else (files[0], None)
+    settings = replace(settings, format=form)
+    return find_benchmark(reference, estimate, settings, arguments.expect_all)
 
 
 def _inputs(benchmark: Benchmark, settings: Settings, arguments: argparse.Namespace) -> list[str]:
@@ -208,12 +195,3 @@ def _show_found(benchmark: Benchmark) -> int:
         f"{len(benchmark.runs)} runs, {missing} of them missing"
     )
     return int(bool(benchmark.problems))
-
-
-def _print_notes(comparison: Comparison, *, verbose: bool) -> None:
-    """Print the notes: the first ones, or with `verbose` all, and why scores are low."""
-    notes = comparison.notes + comparison.low_scores if verbose else comparison.notes[:NOTES]
-    for note in notes:
-        print_note(note)
-    if len(notes) < len(comparison.notes):
-        print_note(f"{len(comparison.notes) - len(notes)} more; --verbose shows them")

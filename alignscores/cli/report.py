@@ -6,15 +6,7 @@ from textwrap import fill
 
 from ..comparison.baseline import Changes
 from ..comparison.comparison import Comparison, finite
-from ..comparison.tables import (
-    as_csv,
-    as_markdown,
-    as_text,
-    conditions,
-    legend,
-    markdown,
-    tables,
-)
+from ..comparison.tables import as_csv, as_markdown, as_text, conditions, legend, markdown, tables
 from ..pages.comparison import page
 from ..texts import printable
 from .output import table_width

@@ -37,49 +37,29 @@ class Kind(NamedTuple):
 
 KINDS = {
     "save_plot": Kind(
-        (".png", ".pdf", ".svg"),
-        "save the plot as .png, .pdf or .svg",
-        default="plot.png",
-        needs=("matplotlib", "plots"),
+        (".png", ".pdf", ".svg"), "save the plot", "plot.png", needs=("matplotlib", "plots")
     ),
-    "save_page": Kind(
-        (".html",), "save a page with trajectories, errors and sliders", default="page.html"
-    ),
+    "save_page": Kind((".html",), "save a page with trajectories, errors and sliders", "page.html"),
     "save_rrd": Kind((".rrd",), "save a recording for the Rerun viewer", needs=("rerun", "rerun")),
-    "save_errors": Kind((".csv",), "save the errors of each expected frame", default="errors.csv"),
-    "save_metrics": Kind(
-        (".csv",), "save --metrics or, without it, the scores", default="metrics.csv"
-    ),
+    "save_errors": Kind((".csv",), "save the errors of each expected frame", "errors.csv"),
+    "save_metrics": Kind((".csv",), "save --metrics or, without it, the scores", "metrics.csv"),
     "save_aligned": Kind(
-        (".txt",),
-        "save the aligned estimate, as TUM or KITTI; FILE_<name> if several",
-        default="aligned.txt",
-        each=True,
+        (".txt",), "save the aligned estimate, as TUM or KITTI", "aligned.txt", each=True
     ),
-    "save_results": Kind(
-        (".zip",),
-        "save results for evo_res; FILE_<name> if several",
-        each=True,
-        needs=("evo", "evo"),
-    ),
+    "save_results": Kind((".zip",), "save results for evo_res", each=True, needs=("evo", "evo")),
     # The last, since it has what could not be written.
-    "save_json": Kind((".json",), "save what --json prints", default="scores.json"),
+    "save_json": Kind((".json",), "save what --json prints", "scores.json"),
 }
 
 
-class Output(NamedTuple):
-    """A file to be written: its option, and the estimate that it is of, if it is of one."""
-
-    option: str
-    path: Path
-    name: str | None
+Output = tuple[str, Path, str | None]  # its option, and the estimate that it is of, if it is of one
 
 
 def outputs(
     arguments: argparse.Namespace, names: Sequence[str], settings: Settings
 ) -> list[Output]:
     """Return all files that will be written, whose packages are there."""
-    found = []
+    found: list[Output] = []
     for option, kind in KINDS.items():
         path = getattr(arguments, option)
         if path is None and arguments.output and kind.default and _is_possible(option, settings):
@@ -88,12 +68,8 @@ def outputs(
             continue
         if kind.needs:
             require(*kind.needs)
-        if kind.each:
-            found += [
-                Output(option, *one) for one in zip(_of_each(path, names), names, strict=True)
-            ]
-        else:
-            found.append(Output(option, path, None))
+        files = _of_each(path, names) if kind.each else {None: path}
+        found += [(option, file, name) for name, file in files.items()]
     return found
 
 
@@ -105,17 +81,13 @@ def _is_possible(option: str, settings: Settings) -> bool:
     return option != "save_aligned" or settings.form.ordered
 
 
-def _of_each(path: Path, names: Sequence[str]) -> list[Path]:
-    """Return the file of each estimate: of several each has its name, without slashes, appended.
-
-    A suffix that all names share is left out.
-    """
+def _of_each(path: Path, names: Sequence[str]) -> dict[str | None, Path]:
+    """Return the file of each estimate: of several each has its name, without slashes, appended."""
     if len(names) == 1:
-        return [path]
-    flat = [Path(name.replace("/", "_")) for name in names]
-    same = len({name.suffix for name in flat}) == 1
-    short = numbered([name.stem if same else name.name for name in flat])
-    return [path.with_name(f"{path.stem}_{own}{path.suffix}") for own in short]
+        return {names[0]: path}
+    short = numbered([Path(name.replace("/", "_")).stem for name in names])
+    files = (path.with_name(f"{path.stem}_{own}{path.suffix}") for own in short)
+    return dict(zip(names, files, strict=True))
 
 
 def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]) -> None:

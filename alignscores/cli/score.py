@@ -15,7 +15,7 @@ from ..trajectories.files import FAILURES, read_stamps
 from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .output import Results, print_note, print_notes, show_progress, show_table
-from .parser import Parser, output_file
+from .parser import Parser, format_and_files, output_file
 from .saving import KINDS, outputs, refuse_to_replace, save
 
 __all__ = ["run", "score_parser"]
@@ -42,20 +42,14 @@ EVERYDAY = {
     *("t_max_diff", "t_offset", "rate", "max_gap", "invert", "alignment", "missing", "metrics"),
     *("json", "output", "plot", "save_plot", "save_page", "save_results", "verbose", "version"),
 }
-METRICS = (
-    "show these metrics instead of the scores, such as auc@30:vggt,rpe@1m; `alignscores metrics` "
-    "lists them"
-)
 MODES = ("xy", "xz", "yz", "xyz")
 
 
-def score_parser(*, everything: bool = True) -> Parser:
+def score_parser() -> Parser:
     """Return the parser; its help has all options, or the everyday ones."""
-    width = max(map(len, FORMATS))
-    listed = "\n".join(f"  {name:{width}}  {form.help}" for name, form in FORMATS.items())
+    listed = "\n".join(f"  {name:8}  {form.help}" for name, form in FORMATS.items())
     parser = Parser(
         EVERYDAY,
-        everything=everything,
         prog="alignscores",
         usage=USAGE,
         description=f"{DESCRIPTION}{listed}",
@@ -64,24 +58,24 @@ def score_parser(*, everything: bool = True) -> Parser:
     version = f"alignscores {__version__}"
     parser.add_argument("--version", action="version", version=version, help="show the version")
     parser.add_argument("files", nargs="+", metavar="REF EST", help="the files; - is stdin")
-    parser.add_settings("format", "metrics")
-    add = parser.add_argument_group("output").add_argument
+    parser.add_settings()
+    add = parser.group("output").add_argument
     add("-v", "--verbose", action="store_true", help="explain the columns of the table")
     add("--json", action="store_true", help="print JSON instead of a table")
-    add("--metrics", metavar="NAMES", default=(), help=METRICS)
     written = ", ".join(kind.default for kind in KINDS.values() if kind.default)
     add("-o", "--output", metavar="FOLDER", type=Path, help=f"write all results: {written}")
     add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
     add("--plot_mode", choices=MODES, help="axes of trajectories (default: the two longest)")
     for name, kind in KINDS.items():
-        form = output_file(*kind.suffixes)
-        add(f"--{name}", metavar=f"FILE{kind.suffixes[0]}", type=form, help=kind.help)
+        form, help = output_file(*kind.suffixes), kind.help
+        help += "; FILE_<name> if several" if kind.each else ""
+        add(f"--{name}", metavar=f"FILE{'|'.join(kind.suffixes)}", type=form, help=help)
     return parser
 
 
 def run(argv: Sequence[str]) -> int:
     """Score all estimates, save and print; one that cannot be scored does not stop the others."""
-    parser = score_parser(everything="--help-all" in argv)
+    parser = score_parser()
     arguments = parser.parse(argv)
     reference, estimates, settings = _files(parser, arguments)
     if arguments.save_aligned and not settings.form.ordered:
@@ -111,19 +105,17 @@ def run(argv: Sequence[str]) -> int:
 
 def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str], Settings]:
     """Return reference, estimates, and the settings with the formats of these files."""
-    first, *others = arguments.files
-    named = first in FORMATS
-    if len(arguments.files) < (3 if named else 2):
+    arguments.format, files = format_and_files(arguments.files)
+    if len(files) < 2:
         parser.error("give a reference and at least one estimate")
-    if named:
-        arguments.format, first, *others = arguments.files
-    elif not Path(first).suffix and not Path(first).exists():
-        parser.error(f"{first!r} is neither a file nor a format ({', '.join(FORMATS)})")
-    settings = with_format(parser.settings(arguments), first, *others)
-    if not named:
+    reference, *estimates = files
+    if not (arguments.format or Path(reference).suffix or Path(reference).exists()):
+        parser.error(f"{reference!r} is neither a file nor a format ({', '.join(FORMATS)})")
+    settings = with_format(parser.settings(arguments), reference, *estimates)
+    if not arguments.format:
         other = f"; of the estimates: {settings.est_format}" if settings.est_format else ""
         print_note(f"detected format: {settings.format}{other}")
-    return first, others, settings
+    return reference, estimates, settings
 
 
 def _score(results: Results, estimates: dict[str, str]) -> None:

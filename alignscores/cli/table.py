@@ -52,29 +52,18 @@ def _row(one: Evaluation) -> list[str]:
     return [shortened(one.name, LONGEST), *scores, *errors, f"{1 - one.lost:.1%}"]
 
 
-def _number(value: float | None) -> str:
-    return "-" if value is None or not math.isfinite(value) else f"{value:.3g}"
-
-
 def metric_table(evaluations: Sequence[Evaluation], columns: int) -> str:
     """Return the table of the metrics of estimates, in blocks of at most so many columns."""
-    settings = evaluations[0].settings
-    units = [
-        metric(name).family.unit.replace("units", settings.form.unit) for name in settings.metrics
-    ]
-    headings = [
-        f"{name} [{unit}]" if unit else name
-        for name, unit in zip(settings.metrics, units, strict=True)
-    ]
-    rows = [
-        [shortened(one.name, LONGEST), *(_cell(name, one.value(name)) for name in settings.metrics)]
-        for one in evaluations
-    ]
-    return as_text(Table(["estimate", *headings], [list(map(Cell, row)) for row in rows]), columns)
+    settings, header = evaluations[0].settings, ["estimate"]
+    for name in settings.metrics:
+        unit = metric(name).family.unit.replace("units", settings.form.unit)
+        header.append(f"{name} [{unit}]" if unit else name)
+    rows = []
+    for one in evaluations:
+        values = [_number(one.value(name), digits=4) for name in settings.metrics]
+        rows.append(list(map(Cell, [shortened(one.name, LONGEST), *values])))
+    return as_text(Table(header, rows), columns)
 
 
-def _cell(name: str, value: float | None) -> str:
-    if value is None:
-        return "-"
-    unit = metric(name).family.unit
-    return f"{value:.4f}" if not unit else f"{value:.2f}" if unit == "%" else f"{value:.4g}"
+def _number(value: float | None, digits: int = 3) -> str:
+    return "-" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"

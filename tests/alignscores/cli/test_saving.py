@@ -52,8 +52,8 @@ def test_save_aligned(run, score, tmp_path, examples, files, read):
     assert after["TAS"] == pytest.approx(before["TAS"], abs=0.02)
     assert run(*files, files[2], "--save_aligned", path)[0] == 0
     assert {file.name for file in tmp_path.glob("aligned_*")} == {
-        "aligned_estimate.txt.txt",
-        "aligned_estimate.txt (2).txt",
+        "aligned_estimate.txt",
+        "aligned_estimate (2).txt",
     }
 
 
