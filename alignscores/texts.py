@@ -1,6 +1,7 @@
 """Texts as they are printed: names of files, short, unique and printable, in columns."""
 
 import csv
+import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from io import StringIO
@@ -8,8 +9,8 @@ from pathlib import Path
 from reprlib import Repr
 from typing import Any
 
-__all__ = ["WIDTH", "brief", "column_widths", "csv_text", "first_few", "numbered", "padded"]
-__all__ += ["printable", "shortened", "text_width", "unique_names"]
+__all__ = ["WIDTH", "alike", "brief", "csv_text", "first_few", "numbered", "padded", "printable"]
+__all__ += ["shortened", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
 FEW = 5  # entries of a list that a message shows
@@ -20,6 +21,18 @@ def first_few(texts: Sequence[str]) -> str:
     """Return the first few of some texts, separated by commas, and how many more there are."""
     more = f" and {len(texts) - FEW} more" if len(texts) > FEW else ""
     return ", ".join(texts[:FEW]) + more
+
+
+def alike(notes: Iterable[tuple[str, str]]) -> list[str]:
+    """Return notes after the names that they are about; those that differ in numbers are one."""
+    lines: dict[str, list[str]] = {}
+    for name, note in notes:
+        line = f"{name}: {note}" if name else note
+        lines.setdefault(re.sub(r"[\d.]+", "", note), []).append(line)
+    return [
+        f"{first} (and {len(others)} more like it)" if others else first
+        for first, *others in lines.values()
+    ]
 
 
 def brief(value: Any) -> str:
@@ -72,11 +85,6 @@ def padded(text: str, width: int) -> str:
     """Fill a text with blanks at its end; of a negative width, at its start."""
     blanks = " " * (abs(width) - text_width(text))
     return text + blanks if width > 0 else blanks + text
-
-
-def column_widths(rows: Sequence[Sequence[str]]) -> list[int]:
-    """Return the width of the longest text in each column of a table."""
-    return [max(map(text_width, column)) for column in zip(*rows, strict=True)]
 
 
 def unique_names(files: Sequence[str]) -> list[str]:

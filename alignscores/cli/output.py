@@ -10,15 +10,13 @@ from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note, why
 from ..evaluation.settings import Settings
 from ..metrics import LEVELS, SCORES, metric
-from ..texts import printable
+from ..texts import alike, printable
 from ..trajectories.files import FileError
 from ..version import __version__
 from .table import LEGEND, metric_table, table
 
 __all__ = ["Results", "one_line", "print_error", "print_note", "print_notes"]
 __all__ += ["show_progress", "show_table", "table_width"]
-
-GENERAL = "file", "estimate", "metric"  # kinds whose notes differ
 
 
 @dataclass
@@ -101,15 +99,13 @@ def conditions(scored: Sequence[Evaluation]) -> str:
 
 def print_notes(results: Results) -> None:
     """Print the notes on all and on each estimate, a line for those that are alike."""
-    for note in results.notes:
-        print_note(note)
-    alike: dict[str, list[str]] = {}
-    for evaluation in results.scored:
-        for one in evaluation.notes:
-            kind = str(one) if one.kind in GENERAL else one.kind
-            alike.setdefault(kind, []).append(one.named(evaluation.name))
-    for first, *others in alike.values():
-        print_note(f"{first} (and {len(others)} more like it)" if others else first)
+    notes = [
+        ("" if note.kind == "file" else evaluation.name, str(note))  # which names the file itself
+        for evaluation in results.scored
+        for note in evaluation.notes
+    ]
+    for line in [*results.notes, *alike(notes)]:
+        print_note(line)
 
 
 def print_note(message: str) -> None:

@@ -105,7 +105,7 @@ def save(outputs: Sequence[Output], results: Results, plot_mode: str | None) -> 
     reference = printable(results.reference)
     for option, path, name in outputs:
         scored = [one for one in results.scored if name in (None, one.name)]
-        if not scored:  # the estimate of this file could not be scored
+        if not scored and option != "save_json":  # the estimate could not be scored
             continue
         try:
             match option:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ..evaluation.settings import Settings
 from ..metrics import metric
-from ..texts import WIDTH, column_widths, csv_text, padded, text_width
+from ..texts import WIDTH, csv_text, padded, text_width
 from .summary import Entry, Summary
 
 __all__ = ["Cell", "Table", "as_csv", "as_html", "as_markdown", "as_text"]
@@ -130,7 +130,7 @@ def as_text(table: Table, columns: int = WIDTH) -> str:
 def _block(table: Sequence[Sequence[str]], start: int, end: int) -> list[str]:
     """Return some columns with the first, their cells below each other."""
     rows = [[row[0], *row[start:end]] for row in table]
-    first, *others = column_widths(rows)
+    first, *others = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
     widths = [first, *(-width for width in others)]  # numbers end below each other
     return ["  ".join(map(padded, row, widths)) for row in rows]
 

@@ -90,10 +90,11 @@ def test_a_bad_estimate_does_not_stop_the_others(run, tmp_path, write):
     assert err.splitlines() == [f"alignscores: error: {error}" for error in errors]
 
 
-def test_json_names_a_reference_that_cannot_be_read(run):
+def test_json_names_a_reference_that_cannot_be_read(run, tmp_path):
     for files in ("none.txt", TUM[2]), (TUM[1], TUM[2], "--frames", "none.txt"):
-        code, out, err = run("tum", *files, "--json")
+        code, out, err = run("tum", *files, "--json", "--save_json", tmp_path / "a.json")
         printed = json.loads(out)
+        assert json.loads((tmp_path / "a.json").read_text()) == printed
         (failed,) = printed["failed"]
         assert (code, printed["results"], failed["file"]) == (1, [], "none.txt")
         assert err == f"alignscores: error: {failed['error']}\n"

@@ -75,9 +75,9 @@ def test_output_folder(run, tmp_path):
     names = ["scores.json", "errors.csv", "metrics.csv", "plot.png", "page.html"]
     names += ["aligned_estimate.txt", "aligned_reference.txt"]
     assert sorted(path.name for path in folder.iterdir()) == sorted(names)
-    assert json.loads((folder / "scores.json").read_text()) == json.loads(
-        run(*TUM, TUM[1], "--json")[1]
-    )
+    saved = "--frames", TUM[1], "-o", folder
+    printed = run(*TUM, TUM[1], *saved, "--json")[1]
+    assert json.loads((folder / "scores.json").read_text()) == json.loads(printed)
     assert run(*COLMAP, "-o", folder)[0] == 0  # again, and in a format without aligned files
 
 
