@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..comparison.baseline import Changes, changes, read_baseline
 from ..comparison.benchmark import Benchmark
-from ..comparison.comparison import Comparison, compare_runs, find_benchmark, settings_of_run
+from ..comparison.comparison import Comparison, compare_runs, find_benchmark
 from ..comparison.gate import Condition, conditions_of, reasons_to_fail
 from ..comparison.runs import COLUMNS
 from ..comparison.summary import Result
@@ -99,7 +99,7 @@ def run(argv: Sequence[str]) -> int:
     settings = replace(settings, format=benchmark.format)
     outputs = {form: getattr(arguments, form) for form in ("html", "markdown")}
     outputs = {form: path for form, path in outputs.items() if path not in (None, STDOUT)}
-    refuse_to_replace(_inputs(benchmark, settings, arguments), outputs.items())
+    refuse_to_replace(_inputs(benchmark, arguments), outputs.items())
     saved = read_baseline(arguments.baseline, settings) if arguments.baseline else []
 
     comparison = compare_runs(
@@ -158,11 +158,14 @@ def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings
     return find_benchmark(reference, estimate, settings, arguments.expect_all)
 
 
-def _inputs(benchmark: Benchmark, settings: Settings, arguments: argparse.Namespace) -> list[str]:
+def _inputs(benchmark: Benchmark, arguments: argparse.Namespace) -> list[str]:
     """Return all files that are read, or would be if they were not left out."""
-    frames = {settings_of_run(benchmark, run, settings).frames for run in benchmark.runs}
-    inputs = [*benchmark.files, *arguments.files, arguments.baseline, *frames]
-    return [str(file) for file in inputs if file is not None]
+    options = benchmark.sequence_options
+    frames = [one["frames"] for one in options.values() if "frames" in one]
+    if arguments.frames:
+        frames += [arguments.frames.replace("{sequence}", name) for name in benchmark.references]
+    baseline = [arguments.baseline] if arguments.baseline else []
+    return [*benchmark.files, *arguments.files, *frames, *baseline]
 
 
 def _changed(
