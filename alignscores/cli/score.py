@@ -67,9 +67,9 @@ def score_parser() -> Parser:
     add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
     add("--plot_mode", choices=MODES, help="axes of trajectories (default: the two longest)")
     for name, kind in KINDS.items():
-        form, help = output_file(*kind.suffixes), kind.help
+        help = f"{kind.help} ({', '.join(kind.suffixes)})"
         help += "; FILE_<name> if several" if kind.each else ""
-        add(f"--{name}", metavar=f"FILE{'|'.join(kind.suffixes)}", type=form, help=help)
+        add(f"--{name}", metavar="FILE", type=output_file(*kind.suffixes), help=help)
     return parser
 
 

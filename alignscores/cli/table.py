@@ -60,10 +60,15 @@ def metric_table(evaluations: Sequence[Evaluation], columns: int) -> str:
         header.append(f"{name} [{unit}]" if unit else name)
     rows = []
     for one in evaluations:
-        values = [_number(one.value(name), digits=4) for name in settings.metrics]
+        values = [_metric(name, one.value(name)) for name in settings.metrics]
         rows.append(list(map(Cell, [shortened(one.name, LONGEST), *values])))
     return as_text(Table(header, rows), columns)
 
 
-def _number(value: float | None, digits: int = 3) -> str:
-    return "-" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+def _metric(name: str, value: float | None) -> str:
+    digits = {"": ".4f", "%": ".2f"}.get(metric(name).family.unit, ".4g")
+    return "-" if value is None else f"{value:{digits}}"
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None or not math.isfinite(value) else f"{value:.3g}"
