@@ -19,7 +19,14 @@ def run_command(arguments: Sequence[str]) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         try:
-            return _run(arguments)
+            match list(arguments):
+                case ["compare", *others]:
+                    return compare.run(others)
+                case ["metrics", *_]:
+                    print(listing())
+                    return 0
+                case _:
+                    return score.run(arguments)
         finally:  # of help, too, which ends in the parser
             sys.stdout.flush()
     except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
@@ -32,15 +39,3 @@ def run_command(arguments: Sequence[str]) -> int:
         except OSError:  # as on a full disk
             discard_output()
         return 1
-
-
-def _run(arguments: Sequence[str]) -> int:
-    """Run the subcommand that the first argument names; without one, score files."""
-    match list(arguments):
-        case ["compare", *others]:
-            return compare.run(others)
-        case ["metrics", *_]:
-            print(listing())
-            return 0
-        case _:
-            return score.run(arguments)

@@ -19,7 +19,7 @@ from ..texts import printable
 from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .output import print_error, print_note, show_progress
-from .parser import Parser, format_and_files, output_file
+from .parser import Parser, output_file
 from .report import Report
 from .saving import refuse_to_replace
 
@@ -63,18 +63,18 @@ def compare_parser() -> Parser:
     )
     parser.add_argument("files", nargs="+", metavar="[FORMAT] REF EST", help=FILES)
     parser.add_settings()
-    add = parser.group("runs").add_argument
+    add = parser.add_argument_group("runs").add_argument
     add("--dry-run", action="store_true", help="list the files, and score nothing")
     add("--expect_all", action="store_true", help="a system without runs on a sequence fails")
     jobs, help = available_processors(), "processes in parallel (default: %(default)s)"
     add("--jobs", type=int, default=jobs, metavar="X", help=help)
     add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
-    add = parser.group("verdicts").add_argument
+    add = parser.add_argument_group("verdicts").add_argument
     add("--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)")
     add("--baseline", metavar="FILE.json", help="compare with an earlier --json output")
     add("--fail_on", default="", metavar="CONDITIONS", help=FAIL_ON)
     add("--paired", action="store_true", help="compare runs of the same name")
-    output = parser.group("output")
+    output = parser.groups["output"]
     add = output.add_argument
     add("-v", "--verbose", action="store_true", help="explain the numbers")
     add("--html", metavar="FILE.html", type=output_file(".html"), help="save an HTML page")
@@ -149,7 +149,8 @@ def _gate(
 
 def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings) -> Benchmark:
     """Find the files of two patterns, or read a YAML file."""
-    form, files = format_and_files(arguments.files)
+    form = arguments.files[0] if arguments.files[0] in FORMATS else None
+    files = arguments.files[1:] if form else arguments.files
     if len(files) not in (1, 2):
         forms = f"a format ({', '.join(FORMATS)}) and two patterns, or one YAML file"
         parser.error(f"give {forms}; `alignscores REF EST EST` scores single files")
@@ -160,8 +161,7 @@ def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings
 
 def _inputs(benchmark: Benchmark, arguments: argparse.Namespace) -> list[str]:
     """Return all files that are read, or would be if they were not left out."""
-    options = benchmark.sequence_options
-    frames = [one["frames"] for one in options.values() if "frames" in one]
+    frames = [one["frames"] for one in benchmark.sequence_options.values() if "frames" in one]
     if arguments.frames:
         frames += [arguments.frames.replace("{sequence}", name) for name in benchmark.references]
     baseline = [arguments.baseline] if arguments.baseline else []

@@ -7,9 +7,8 @@ from typing import Any, NoReturn
 
 from ..evaluation.settings import Settings, options
 from ..texts import printable
-from ..trajectories.formats import FORMATS
 
-__all__ = ["Parser", "format_and_files", "output_file"]
+__all__ = ["Parser", "output_file"]
 
 ELSEWHERE = {  # options of evo, and what to use here
     "-a": "evo's -a is --alignment rigid here",
@@ -50,12 +49,6 @@ class Parser(argparse.ArgumentParser):
                 action.help = argparse.SUPPRESS
         return super().format_help()
 
-    def group(self, title: str) -> Any:
-        """Return the group of options with a title."""
-        if title not in self.groups:
-            self.groups[title] = self.add_argument_group(title)
-        return self.groups[title]
-
     def add_settings(self) -> None:
         """Add an option for each setting but the format, in its group."""
         for name, option in options().items():
@@ -74,7 +67,10 @@ class Parser(argparse.ArgumentParser):
             elif name == "frames":
                 kind = {"metavar": "FILE"}
             help = f"{option.help} (default: %(default)s)" if default else option.help
-            self.group(option.group).add_argument(f"--{name}", default=default, help=help, **kind)
+            if option.group not in self.groups:
+                self.groups[option.group] = self.add_argument_group(option.group)
+            add = self.groups[option.group].add_argument
+            add(f"--{name}", default=default, help=help, **kind)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Return the arguments; options of other programs end in a hint."""
@@ -96,11 +92,6 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End with the message, and where to find the usage."""
         self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
-
-
-def format_and_files(words: Sequence[str]) -> tuple[str | None, Sequence[str]]:
-    """Return the format that the first word may name, and the other words."""
-    return (words[0], words[1:]) if words[0] in FORMATS else (None, words)
 
 
 def output_file(*suffixes: str) -> Callable[[str], Path]:

@@ -15,7 +15,7 @@ from ..trajectories.files import FAILURES, read_stamps
 from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .output import Results, print_note, print_notes, show_progress, show_table
-from .parser import Parser, format_and_files, output_file
+from .parser import Parser, output_file
 from .saving import KINDS, outputs, refuse_to_replace, save
 
 __all__ = ["run", "score_parser"]
@@ -59,7 +59,7 @@ def score_parser() -> Parser:
     parser.add_argument("--version", action="version", version=version, help="show the version")
     parser.add_argument("files", nargs="+", metavar="REF EST", help="the files; - is stdin")
     parser.add_settings()
-    add = parser.group("output").add_argument
+    add = parser.groups["output"].add_argument
     add("-v", "--verbose", action="store_true", help="explain the columns of the table")
     add("--json", action="store_true", help="print JSON instead of a table")
     written = ", ".join(kind.default for kind in KINDS.values() if kind.default)
@@ -105,7 +105,8 @@ def run(argv: Sequence[str]) -> int:
 
 def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str], Settings]:
     """Return reference, estimates, and the settings with the formats of these files."""
-    arguments.format, files = format_and_files(arguments.files)
+    arguments.format = arguments.files[0] if arguments.files[0] in FORMATS else None
+    files = arguments.files[1:] if arguments.format else arguments.files
     if len(files) < 2:
         parser.error("give a reference and at least one estimate")
     reference, *estimates = files
