@@ -88,15 +88,12 @@ def padded(text: str, width: int) -> str:
 
 
 def unique_names(files: Sequence[str]) -> list[str]:
-    """Return short names of files: of each path as many last parts as make it unique."""
+    """Return short names of files: as many last parts of each path as make them unique."""
     parts = [Path(file).parts for file in files]
-    names = []
-    for path in parts:
-        others = [other for other in parts if other != path]
-        length = 1
-        while length < len(path) and any(other[-length:] == path[-length:] for other in others):
-            length += 1
-        names.append(printable(str(Path(*path[-length:]))))
+    length = 1
+    while len({path[-length:] for path in parts}) < len(set(parts)):
+        length += 1
+    names = [printable(str(Path(*path[-length:]))) for path in parts]
     return numbered(names)  # in case the same file is given twice
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import sys
 
 import numpy as np
@@ -70,6 +71,15 @@ def test_the_table_is_in_the_order_of_the_files(run, score, lines, write):
     names = ["worse.txt", "estimate.txt", "reference.txt"]
     assert [result["name"] for result in score(*TUM[:2], *files)] == names
     assert [line.split()[0] for line in run(*TUM[:2], *files)[1].splitlines()[1:4]] == names
+
+
+def test_names_have_as_many_parts_as_make_them_unique(score, examples, tmp_path):
+    files = [tmp_path / name for name in ("orb/0.txt", "dso/0.txt", "dso/1.txt")]
+    for file in files:
+        file.parent.mkdir(exist_ok=True)
+        shutil.copy(examples / TUM[2], file)
+    names = [result["name"] for result in score(*TUM[:2], *files)]
+    assert names == ["orb/0.txt", "dso/0.txt", "dso/1.txt"]
 
 
 def test_a_result_is_the_same_alone_and_next_to_others(score):
