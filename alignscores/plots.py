@@ -4,6 +4,7 @@ Needs Matplotlib, which the extra ``plots`` brings.
 """
 
 from collections.abc import Callable, Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from matplotlib import colormaps, pyplot, rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
@@ -27,8 +29,8 @@ __all__ = ["KINDS", "MODES", "figure_of", "score_panel"]
 MODES = "xy", "xz", "yz", "xyz"
 SHADE = "#a8c4dc"
 EDGE = "#1f4e79"
-REFERENCE = "0.65"
-OTHERS = "0.4"  # colour of estimates that are not named
+REFERENCE = {"color": "0.65", "linestyle": "-"}
+OTHERS = {"color": "0.4", "linestyle": "-", "alpha": 0.3}  # estimates that are not named
 NAMED = 8  # estimates that have a colour and a name
 LONGEST = 40  # characters of a name in a legend
 DASHES = "-", "--", "-.", ":"
@@ -40,8 +42,6 @@ STYLE: dict[Any, Any] = {
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
     "axes.linewidth": 0.6,
-    "savefig.dpi": 200,
-    "pdf.fonttype": 42,
 }
 
 
@@ -70,62 +70,49 @@ def figure_of(
         parts = figure.subfigures(len(kinds), 1, height_ratios=heights, squeeze=False)
         for kind, part in zip(kinds, parts[:, 0], strict=True):
             KINDS[kind][0](part, scored, plot_mode)
+            if len(scored) > 1:
+                _add_legend(part, scored)
     return figure
 
 
 def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
     """Draw the errors over time on logarithmic axes; the time without a pose is shaded."""
     panels = part.subplots(2, 1, sharex=True)
-    first, unit = scored[0], scored[0].settings.form.unit
-    for name, axes, label in (
-        ("tas", panels[0], f"position error [{unit}]"),
-        ("ras", panels[1], "rotation error [deg]"),
+    for axes, name, label in (
+        (panels[0], "tas", f"position error [{scored[0].settings.form.unit}]"),
+        (panels[1], "ras", "rotation error [deg]"),
     ):
-        for line, evaluation in zip(_lines(len(scored)), scored, strict=True):
-            result = getattr(evaluation.result, name)
-            errors = over_expected(evaluation, result.errors, np.inf)
+        axes.set(yscale="log", ylabel=label)
+        for line, evaluation in zip(_lines(scored), scored, strict=True):
+            errors = over_expected(evaluation, getattr(evaluation.result, name).errors, np.inf)
             shown = np.where(np.isfinite(errors) & (errors > 0), errors, np.nan)
-            _draw_line(axes, evaluation, shown, line)
+            _draw_line(axes, evaluation, _times(evaluation), shown, line)
             _shade(axes, evaluation, ~np.isfinite(errors), line["color"])
-        largest = getattr(first.result, name).thresholds[-1]
-        errors = np.concatenate([getattr(one.result, name).errors for one in scored])
-        ends = [largest, *errors[np.isfinite(errors) & (errors > 0)]]
-        axes.set(yscale="log", ylabel=label, ylim=(min(ends) / 1.5, max(ends) * 1.5))
+        largest = getattr(scored[0].result, name).thresholds[-1]
         axes.axhline(largest, color="0.3", linewidth=0.7, linestyle=":")
         transform = axes.get_yaxis_transform()
         axes.text(1, largest, "largest threshold ", transform=transform, ha="right", va="top")
     panels[0].set_title("errors over time; shaded: lost")
-    panels[1].set_xlabel(_time_label(first))
-    _add_legend(panels[0], scored)
+    panels[1].set_xlabel(_time_label(scored[0]))
 
 
 def _shade(axes: Axes, evaluation: Evaluation, lost: NDArray[np.bool_], colour: Any) -> None:
-    """Shade the time of lost frames; images have no time between them."""
-    if not evaluation.settings.form.ordered:
-        return
-    times, rows = _times(evaluation), np.flatnonzero(lost)
-    half = float(np.median(np.diff(times))) / 2
-    apart = np.flatnonzero((np.diff(rows) > 1) | np.isin(rows[1:], breaks(times))) + 1
-    spans = [
-        (times[run[0]] - half, times[run[-1]] - times[run[0]] + 2 * half)
-        for run in np.split(rows, apart)
-        if len(run)
-    ]
-    transform = axes.get_xaxis_transform()
-    axes.broken_barh(spans, (0, 1), transform=transform, color=colour, alpha=0.15, linewidth=0)
+    """Shade the time of lost frames."""
+    times = _times(evaluation)
+    edges = np.concatenate([times[:1], (times[:-1] + times[1:]) / 2, times[-1:]])
+    both, where = np.repeat(edges, 2)[1:-1], np.repeat(lost, 2)
+    style: dict[str, Any] = {"color": colour, "alpha": 0.15, "linewidth": 0}
+    axes.fill_between(both, 0, 1, where, transform=axes.get_xaxis_transform(), **style)
 
 
 def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str | None) -> None:
     """Draw the aligned trajectories: a single one coloured by its error, several by estimate."""
     reference = scored[0].reference.poses[scored[0].matches.expected_rows, :3, 3]
-    if mode is None:
-        view = sorted(np.argsort(np.ptp(reference, axis=0), kind="stable")[1:])
-    else:
-        view = ["xyz".index(axis) for axis in mode]
+    longest = sorted(np.argsort(np.ptp(reference, axis=0), kind="stable")[1:])
+    view = ["xyz".index(axis) for axis in mode] if mode else longest
     unit = scored[0].settings.form.unit
     axes = part.subplots(subplot_kw={"projection": "3d"} if len(view) == 3 else {})
-    grey = {"color": REFERENCE, "linestyle": "-"}
-    _draw_path(axes, scored[0], reference[:, view], grey)
+    _draw_path(axes, scored[0], reference[:, view], REFERENCE)
     # A cube around the reference, so that an estimate far away does not shrink the rest.
     centre = (reference.min(axis=0) + reference.max(axis=0)) / 2
     reach = 0.55 * float(np.ptp(reference, axis=0).max()) or 1.0
@@ -135,67 +122,51 @@ def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str 
     axes.set_aspect("equal")
     axes.set_title("aligned trajectories; grey: reference")
     if len(scored) > 1:
-        for line, evaluation in zip(_lines(len(scored)), scored, strict=True):
+        for line, evaluation in zip(_lines(scored), scored, strict=True):
             _draw_path(axes, evaluation, evaluation.positions[:, view], line)
-        _add_legend(axes, scored)
         return
     errors, d = scored[0].result.tas.errors, scored[0].result.tas.unit
     finite = np.isfinite(errors)
-    style: dict[str, Any] = {"s": 6, "cmap": ERRORS, "linewidth": 0, "c": errors[finite]}
-    points = axes.scatter(
-        *scored[0].positions[finite][:, view].T,
-        vmin=0,
-        vmax=max(d, float(np.percentile(errors[finite], 95))) if finite.any() else d,
-        rasterized=len(errors) > 5000,
-        **style,
-    )
+    largest = max(d, np.percentile(errors[finite], 95)) if finite.any() else d
+    style: dict[str, Any] = {"c": errors[finite], "s": 6, "cmap": ERRORS, "linewidth": 0}
+    where = scored[0].positions[finite][:, view]
+    points = axes.scatter(*where.T, vmin=0, vmax=largest, **style)
     label = f"position error [{unit}]; line: d"
     bar = part.colorbar(points, ax=axes, label=label, extend="max", aspect=30)
-    bar.ax.axhline(d, color="white", linewidth=2.5)
-    bar.ax.axhline(d, color="black", linewidth=1)
+    bar.ax.axhline(d, color="white", linewidth=2)
 
 
 def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
     """Draw x, y, z and roll, pitch, yaw over time, each in the alignment of its score."""
     panels = part.subplots(3, 2, sharex=True)
-    first = scored[0]
-    reference = first.reference.poses[first.matches.expected_rows]
-    positions, angles = reference[:, :3, 3], _angles(reference[:, :3, :3])
-    grey = {"color": REFERENCE, "linestyle": "-", "linewidth": 2}
-    for k, name in enumerate(("roll", "pitch", "yaw")):
-        panels[k, 0].set_ylabel(f"{'xyz'[k]} [{first.settings.form.unit}]")
-        panels[k, 1].set_ylabel(f"{name} [deg]")
-        _draw_line(panels[k, 0], first, positions[:, k], grey)
-        _draw_line(panels[k, 1], first, angles[:, k], grey, jump=180)
-    for line, evaluation in zip(_lines(len(scored)), scored, strict=True):
-        points = over_expected(evaluation, evaluation.positions, np.nan)
-        turned = over_expected(evaluation, _aligned_angles(evaluation), np.nan)
-        times = _pose_times(evaluation)
-        for k in range(3):
-            _draw_line(panels[k, 0], evaluation, points[:, k], line, times=times)
-            _draw_line(panels[k, 1], evaluation, turned[:, k], line, times=times, jump=180)
+    first, unit = scored[0], scored[0].settings.form.unit
+    poses = first.reference.poses[first.matches.expected_rows]
+    coordinates = _coordinates(poses[:, :3, 3], poses[:, :3, :3])
+    drawn = [(first, _times(first), coordinates, {**REFERENCE, "linewidth": 2})]
+    for line, one in zip(_lines(scored), scored, strict=True):
+        alignment, rotations = one.result.ras.alignment, one.matches.est_poses[:, :3, :3]
+        turned = rotations * np.nan if alignment is None else alignment.T @ rotations
+        coordinates = over_expected(one, _coordinates(one.positions, turned), np.nan)
+        drawn.append((one, _pose_times(one), coordinates, line))
+    names = f"x [{unit}]", f"y [{unit}]", f"z [{unit}]", "roll [deg]", "pitch [deg]", "yaw [deg]"
+    for k, (axes, name) in enumerate(zip(panels.T.flat, names, strict=True)):
+        axes.set_ylabel(name)
+        for evaluation, times, values, line in drawn:
+            jump = 180 if k >= 3 else np.inf  # from 180 to -180 degrees
+            _draw_line(axes, evaluation, times, values[:, k], line, jump=jump)
     panels[0, 0].set_title("positions over time; grey: reference")
     panels[0, 1].set_title("angles over time; grey: reference")
     for axes in panels[2]:
         axes.set_xlabel(_time_label(first))
-    _add_legend(panels[0, 0], scored)
 
 
-def _angles(rotations: Floats) -> Floats:
-    """Return roll, pitch and yaw in degrees, NaN for rotations that are not finite."""
+def _coordinates(positions: Floats, rotations: Floats) -> Floats:
+    """Return x, y, z, and roll, pitch, yaw in degrees; NaN for rotations that are not finite."""
     angles = np.full((len(rotations), 3), np.nan)
     finite = finite_rows(rotations)
     if finite.any():
         angles[finite] = Rotation.from_matrix(rotations[finite]).as_euler("xyz", degrees=True)
-    return angles
-
-
-def _aligned_angles(evaluation: Evaluation) -> Floats:
-    """Return the angles of the estimated rotations under the alignment of the RAS."""
-    rotations = evaluation.matches.est_poses[:, :3, :3]
-    if evaluation.result.ras.alignment is None:
-        return np.full((len(rotations), 3), np.nan)
-    return _angles(evaluation.result.ras.alignment.T @ rotations)
+    return np.column_stack([positions, angles])
 
 
 def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
@@ -211,11 +182,10 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
             score_panel(axes, only.thresholds, frequency, n, name=name, score=only.score)
             axes.set_ylabel("frames below the threshold")
             continue
-        for line, result in zip(_lines(len(scored)), results, strict=True):
+        for line, result in zip(_lines(scored), results, strict=True):
             shares = result.cumulative_frequency / len(result.errors)
             axes.plot(result.thresholds, shares, clip_on=False, linewidth=1.3, **line)
         axes.set(title=name, xlim=(0, None), ylim=(0, 1), ylabel="share of frames below")
-    _add_legend(panels[0], scored)
 
 
 def score_panel(
@@ -243,16 +213,11 @@ def score_panel(
         text.set(transform=axes.transAxes, horizontalalignment=align)
 
 
-def _lines(n: int) -> list[dict[str, Any]]:
-    """Return the styles of n estimates: colours and dashes for the first, grey for the others."""
-    if n == 1:
-        return [{"color": EDGE, "linestyle": "-"}]
-    colours = np.linspace(0, 0.85, min(n, NAMED)).tolist()
-    named = [
-        {"color": ERRORS(colour), "linestyle": DASHES[k % len(DASHES)]}
-        for k, colour in enumerate(colours)
-    ]
-    return [*named, *({"color": OTHERS, "linestyle": "-", "alpha": 0.3} for _ in range(n - NAMED))]
+def _lines(scored: Sequence[Evaluation]) -> list[dict[str, Any]]:
+    """Return the styles of estimates: colours and dashes for the first, grey for the others."""
+    colours = ERRORS(np.linspace(0.15, 0.85, min(len(scored), NAMED)))
+    named = [{"color": one, "linestyle": dash} for one, dash in zip(colours, cycle(DASHES))]
+    return [*named, *[OTHERS] * (len(scored) - NAMED)]
 
 
 def _times(evaluation: Evaluation) -> NDArray[Any]:
@@ -279,18 +244,16 @@ def _time_label(evaluation: Evaluation) -> str:
 def _draw_line(
     axes: Axes,
     evaluation: Evaluation,
+    times: NDArray[Any],
     values: Floats,
     line: dict[str, Any],
     *,
-    times: NDArray[Any] | None = None,
     jump: float = np.inf,
 ) -> None:
-    """Draw values over time, with a break at gaps and jumps; of images as dots."""
-    expected = _times(evaluation)
-    times = expected if times is None else times
+    """Draw values over time, with a break at gaps of the reference and jumps."""
     jumps = np.flatnonzero(np.abs(np.diff(values)) > jump) + 1
+    ends = np.union1d(breaks(_times(evaluation)), jumps)
     points = np.column_stack([times.astype(float), values])
-    ends = np.union1d(breaks(expected), jumps)
     _draw_path(axes, evaluation, np.insert(points, ends, np.nan, axis=0), line)
 
 
@@ -298,18 +261,17 @@ def _draw_path(axes: Axes, evaluation: Evaluation, points: Floats, line: dict[st
     """Draw points as a line, or as dots where they have no order, as images."""
     if not evaluation.settings.form.ordered:
         line = {**line, "linestyle": "", "marker": "o", "markersize": 3}
-    axes.plot(*points.T, rasterized=len(points) > 5000, **{"linewidth": 1.0, **line})
+    axes.plot(*points.T, **{"linewidth": 1.0, **line})
 
 
-def _add_legend(axes: Axes, scored: Sequence[Evaluation]) -> None:
-    """Name the estimates, if there are several."""
-    if len(scored) == 1:
-        return
-    handles = [axes.plot([], [], linewidth=1.3, **line)[0] for line in _lines(len(scored))[:NAMED]]
-    legend = axes.legend(handles, map(str, range(len(handles))), loc="best", handlelength=3)
-    for text, evaluation in zip(legend.get_texts(), scored, strict=False):
-        name = evaluation.name  # set later, since a label that begins with _ would be hidden
-        text.set(text=shortened(name, LONGEST), parse_math=False)
+def _add_legend(part: SubFigure, scored: Sequence[Evaluation]) -> None:
+    """Name the first estimates next to the panels."""
+    handles = [Line2D([], [], linewidth=1.3, **line) for line in _lines(scored)[:NAMED]]
+    numbers = map(str, range(len(handles)))
+    legend = part.legend(handles, numbers, loc="outside right upper", handlelength=3)
+    for text, one in zip(legend.get_texts(), scored, strict=False):
+        # Set later, since a label that begins with _ would be hidden.
+        text.set(text=shortened(one.name, LONGEST), parse_math=False)
     if len(scored) > NAMED:
         legend.set_title(f"grey: {len(scored) - NAMED} others")
 

@@ -21,8 +21,7 @@ blueprint: Any = require("rerun.blueprint", "rerun")
 
 __all__ = ["recording"]
 
-# Dark to light, as in the plots: an error of 0, a third and two thirds of d, and d or more.
-COLOURS = np.array([[0, 0, 4], [95, 19, 110], [191, 57, 82], [249, 150, 13]])
+DARK, LIGHT = np.array([[0, 0, 4], [249, 150, 13]])  # an error of 0, and of d or more
 GREY, RED = [150, 150, 150], [220, 30, 30]
 WIDTH = rr.Radius.ui_points(3)
 
@@ -75,15 +74,13 @@ def _log_estimate(stream: Any, evaluation: Evaluation, name: str, origin: Floats
         columns = rr.Scalars.columns(scalars=values[is_finite])
         _send(stream, evaluation, f"{name}/{kind}", is_finite, columns)
     finite = finite_rows(positions)
-    shares = np.minimum(errors["position_error"][finite] / tas.unit, 1)
-    colours = np.stack([np.interp(shares, np.linspace(0, 1, 4), one) for one in COLOURS.T], axis=1)
+    shares = np.minimum(errors["position_error"][finite, None] / tas.unit, 1)
+    colours = DARK + shares * (LIGHT - DARK)
     points = rr.Points3D(positions[finite], colors=colours.astype(np.uint8), radii=WIDTH)
     stream.log(f"{name}/positions", points, static=True, strict=True)
-    poses = evaluation.reference.poses[evaluation.matches.expected_rows]
-    rows = np.flatnonzero(errors["lost"])
-    stretches = np.split(poses[rows, :3, 3] - origin, np.flatnonzero(np.diff(rows) > 1) + 1)
-    strips = rr.LineStrips3D([one for one in stretches if len(one)], colors=[RED], radii=WIDTH)
-    stream.log(f"{name}/lost_stretches", strips, static=True, strict=True)
+    lost = evaluation.reference.poses[evaluation.matches.expected_rows[errors["lost"] == 1]]
+    points = rr.Points3D(lost[:, :3, 3] - origin, colors=[RED], radii=WIDTH)
+    stream.log(f"{name}/lost_stretches", points, static=True, strict=True)
 
 
 def _log_camera(

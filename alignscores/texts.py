@@ -1,6 +1,7 @@
 """Texts as they are printed: names of files, short, unique and printable, in columns."""
 
 import csv
+import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from io import StringIO
@@ -8,11 +9,10 @@ from pathlib import Path
 from reprlib import Repr
 from typing import Any
 
-__all__ = ["WIDTH", "brief", "column_widths", "csv_text", "first_few", "numbered", "padded"]
-__all__ += ["printable", "shortened", "text_width", "unique_names"]
+__all__ = ["WIDTH", "alike", "brief", "csv_text", "first_few", "numbered", "padded", "printable"]
+__all__ += ["shortened", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
-FORMULA = "=", "+", "-", "@"  # how one begins
 FEW = 5  # entries of a list that a message shows
 LONGEST = 60  # characters of a text in a message
 
@@ -21,6 +21,18 @@ def first_few(texts: Sequence[str]) -> str:
     """Return the first few of some texts, separated by commas, and how many more there are."""
     more = f" and {len(texts) - FEW} more" if len(texts) > FEW else ""
     return ", ".join(texts[:FEW]) + more
+
+
+def alike(notes: Iterable[tuple[str, str]]) -> list[str]:
+    """Return notes after the names that they are about; those that differ in numbers are one."""
+    lines: dict[str, list[str]] = {}
+    for name, note in notes:
+        line = f"{name}: {note}" if name else note
+        lines.setdefault(re.sub(r"[\d.]+", "", note), []).append(line)
+    return [
+        f"{first} (and {len(others)} more like it)" if others else first
+        for first, *others in lines.values()
+    ]
 
 
 def brief(value: Any) -> str:
@@ -52,15 +64,15 @@ def csv_text(header: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
-    writer.writerows([_cell(value) for value in line] for line in lines)
+    writer.writerows(map(_cell, line) for line in lines)
     return text.getvalue()
 
 
 def _cell(value: object) -> object:
     if not isinstance(value, str):
         return value
-    shown = "\n".join(map(printable, value.split("\n")))
-    return f"'{shown}" if shown.startswith(FORMULA) else shown
+    text = printable(value)
+    return f"'{text}" if text.startswith(("=", "+", "-", "@")) else text
 
 
 def text_width(text: str) -> int:
@@ -75,21 +87,13 @@ def padded(text: str, width: int) -> str:
     return text + blanks if width > 0 else blanks + text
 
 
-def column_widths(rows: Sequence[Sequence[str]]) -> list[int]:
-    """Return the width of the longest text in each column of a table."""
-    return [max(map(text_width, column)) for column in zip(*rows, strict=True)]
-
-
 def unique_names(files: Sequence[str]) -> list[str]:
-    """Return short names of files: of each path as many last parts as make it unique."""
+    """Return short names of files: as many last parts of each path as make them unique."""
     parts = [Path(file).parts for file in files]
-    names = []
-    for path in parts:
-        others = [other for other in parts if other != path]
-        length = 1
-        while length < len(path) and any(other[-length:] == path[-length:] for other in others):
-            length += 1
-        names.append(printable(str(Path(*path[-length:]))))
+    length = 1
+    while len({path[-length:] for path in parts}) < len(set(parts)):
+        length += 1
+    names = [printable(str(Path(*path[-length:]))) for path in parts]
     return numbered(names)  # in case the same file is given twice
 
 

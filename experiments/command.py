@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from alignscores.streams import discard_output, replace_closed_errors
+from alignscores.streams import discard_output
 from alignscores.texts import brief, printable
 
 __all__ = ["CommandError", "ConfigError", "problems", "run_command", "run_in_one_line"]
@@ -73,7 +73,6 @@ def run_in_one_line(program: str, work: Callable[[], Iterable[object]]) -> int:
     An error is one line on standard error: a `CommandError` ends with its exit code, an `OSError`
     and too little memory with 1, an interruption with 130.
     """
-    replace_closed_errors()
     try:
         results = list(work())
         try:

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import pandas as pd
 from pydantic import Field, TypeAdapter, ValidationError
 
-from alignscores import writing
+from alignscores.writing import write_whole
 
 from .command import CommandError
 from .config import CONFIG_DIR, Sweep
@@ -76,13 +76,12 @@ class Trials:
 
 
 def write_files(files: Mapping[Path, bytes]) -> list[Path]:
-    """Write files as a whole or not at all, with their folders, and return their paths."""
-    for path in files:
+    """Write files, each as a whole or not at all, with their folders, and return their paths."""
+    for path, content in files.items():
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, str(path)) from None
-    writing.write_files(files)
+            write_whole(path, content)
+        except ValueError as error:
+            raise CommandError(f"{path} {error}") from None
     return list(files)
 
 

@@ -1,6 +1,7 @@
 """The command ``alignscores``: score trajectory files, ``alignscores FORMAT REF EST [EST ...]``."""
 
 import os
+import sys
 from collections.abc import Sequence
 
 __all__ = ["main"]
@@ -15,4 +16,4 @@ def main(argv: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from .command import run_command  # imports NumPy
 
-    return run_command(argv)
+    return run_command(sys.argv[1:] if argv is None else argv)

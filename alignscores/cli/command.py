@@ -4,7 +4,7 @@ import io
 import sys
 from collections.abc import Sequence
 
-from ..streams import discard_output, replace_closed_errors
+from ..streams import discard_output
 from ..trajectories.files import FAILURES
 from . import compare, score
 from .metrics import listing
@@ -13,17 +13,20 @@ from .output import one_line, print_error
 __all__ = ["run_command"]
 
 
-def run_command(argv: Sequence[str] | None) -> int:
+def run_command(arguments: Sequence[str]) -> int:
     """Run the command line; see `alignscores.cli.main`."""
-    replace_closed_errors()
-    if sys.stdout is None:
-        print_error("standard output is closed, and nothing could be printed; give > /dev/null")
-        return 1
     if isinstance(sys.stdout, io.TextIOWrapper):  # names may hold what it cannot encode
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         try:
-            return _run(sys.argv[1:] if argv is None else argv)
+            match list(arguments):
+                case ["compare", *others]:
+                    return compare.run(others)
+                case ["metrics", *_]:
+                    print(listing())
+                    return 0
+                case _:
+                    return score.run(arguments)
         finally:  # of help, too, which ends in the parser
             sys.stdout.flush()
     except BrokenPipeError:  # the reader has closed the pipe, as `| head` does
@@ -36,14 +39,3 @@ def run_command(argv: Sequence[str] | None) -> int:
         except OSError:  # as on a full disk
             discard_output()
         return 1
-
-
-def _run(arguments: Sequence[str]) -> int:
-    """Run the subcommand that the first argument names; without one, score files."""
-    first, others = arguments[:1], arguments[1:]
-    if first == ["compare"]:
-        return compare.run(others)
-    if first == ["metrics"]:
-        print(listing())
-        return 0
-    return score.run(arguments)

@@ -4,56 +4,60 @@ import json
 import shutil
 import sys
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass, field
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note, why
 from ..evaluation.settings import Settings
 from ..metrics import SCORES, metric
-from ..texts import WIDTH, printable
+from ..texts import alike, printable
 from ..trajectories.files import FileError
 from ..version import __version__
-from .metrics import metric_table
-from .table import LEGEND, table
+from .table import LEGEND, metric_table, table
 
-__all__ = ["json_text", "one_line", "print_error", "print_note", "print_notes"]
+__all__ = ["Results", "one_line", "print_error", "print_note", "print_notes"]
 __all__ += ["show_progress", "show_table", "table_width"]
 
 
-GENERAL = "file", "estimate", "metric"  # kinds whose notes differ
+@dataclass
+class Results:
+    """What became of all files: evaluations, failures, and notes on the reference."""
 
+    settings: Settings
+    reference: str
+    scored: list[Evaluation] = field(default_factory=list)
+    failed: list[dict[str, str]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
-def json_text(
-    settings: Settings,
-    reference: str,
-    scored: Sequence[Evaluation],
-    failed: Sequence[dict[str, str]],
-    notes: Sequence[str],
-) -> str:
-    """Return settings, results and failures as JSON."""
-    content: dict[str, Any] = {
-        "version": __version__,
-        "reference": printable(reference),
-        **settings.to_dict(),
-        "notes": notes,
-        "results": [evaluation.to_dict() for evaluation in scored],
-        "failed": failed,
-    }
-    return json.dumps(content, indent=2, allow_nan=False)
+    def fail(self, file: str, error: Exception) -> None:
+        """Add and print that a file cannot be read, scored or written."""
+        message = one_line(error, file)
+        self.failed.append({"file": printable(file), "error": message})
+        print_error(message)
+
+    def json(self) -> str:
+        """Return settings, results and failures as JSON."""
+        content = {
+            "version": __version__,
+            "reference": printable(self.reference),
+            **self.settings.to_dict(),
+            "notes": self.notes,
+            "results": [evaluation.to_dict() for evaluation in self.scored],
+            "failed": self.failed,
+        }
+        return json.dumps(content, indent=2, allow_nan=False)
 
 
 def table_width() -> int:
-    """Return the columns that a table may have on this terminal."""
-    return min(shutil.get_terminal_size((WIDTH, 0)).columns, WIDTH)
+    """Return the columns of this terminal; a file takes 120."""
+    return shutil.get_terminal_size((120, 0)).columns
 
 
-def show_table(scored: Sequence[Evaluation], notes: Sequence[str], *, verbose: bool) -> None:
-    """Print the notes on stderr, and the table with its conditions on stdout."""
-    settings, columns = scored[0].settings, shutil.get_terminal_size((120, 0)).columns
-    print_notes(scored, notes)
+def show_table(results: Results, *, verbose: bool) -> None:
+    """Print the table with its conditions."""
+    scored, settings, columns = results.scored, results.settings, table_width()
     if settings.metrics:
-        rows = {evaluation.name: evaluation.to_dict()["metrics"] for evaluation in scored}
-        print(metric_table(rows, settings, columns))
+        print(metric_table(scored, columns))
     else:
         text, left_out = table(scored, columns)
         print(text)
@@ -93,17 +97,15 @@ def conditions(scored: Sequence[Evaluation]) -> str:
     return "; ".join([aligned, frames, unit, *half])
 
 
-def print_notes(scored: Sequence[Evaluation], notes: Sequence[str]) -> None:
-    """Print the notes on all and on each estimate on stderr, a line for those that are alike."""
-    for note in notes:
-        print_note(note)
-    alike: dict[str, list[str]] = {}
-    for evaluation in scored:
-        for one in evaluation.notes:
-            kind = str(one) if one.kind in GENERAL else one.kind
-            alike.setdefault(kind, []).append(one.named(evaluation.name))
-    for first, *others in alike.values():
-        print_note(f"{first} (and {len(others)} more like it)" if others else first)
+def print_notes(results: Results) -> None:
+    """Print the notes on all and on each estimate, a line for those that are alike."""
+    notes = [
+        ("" if note.kind == "file" else evaluation.name, str(note))  # which names the file itself
+        for evaluation in results.scored
+        for note in evaluation.notes
+    ]
+    for line in [*results.notes, *alike(notes)]:
+        print_note(line)
 
 
 def print_note(message: str) -> None:

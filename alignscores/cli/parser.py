@@ -36,44 +36,46 @@ ELSEWHERE = {  # options of evo, and what to use here
 class Parser(argparse.ArgumentParser):
     """A parser that shows its everyday options with ``--help`` and all with ``--help-all``."""
 
-    def __init__(self, everyday: Collection[str], *, everything: bool, **kwargs: Any) -> None:
+    def __init__(self, everyday: Collection[str], **kwargs: Any) -> None:
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **kwargs)
-        self.everyday = None if everything else {"help", "help_all", *everyday}
+        self.shown = {"help", "help_all", "files", *everyday}
         self.add_argument("--help-all", action="help", help="show all options and exit")
+        self.groups: dict[str, Any] = {}
 
     def format_help(self) -> str:
-        """Return the help of the everyday options, or of all."""
+        """Return the help of the options that are shown."""
         for action in self._actions:
-            if action.option_strings and self.everyday and action.dest not in self.everyday:
+            if action.dest not in self.shown:
                 action.help = argparse.SUPPRESS
         return super().format_help()
 
-    def add_settings(self, *left_out: str) -> None:
-        """Add an option for each setting, in its group."""
-        groups: dict[str, Any] = {}
+    def add_settings(self) -> None:
+        """Add an option for each setting but the format, in its group."""
         for name, option in options().items():
-            if name in left_out:
+            if name == "format":
                 continue
-            if option.group not in groups:
-                groups[option.group] = self.add_argument_group(option.group)
             default = getattr(Settings, name)
-            shown = "" if default in (None, False) else " (default: %(default)s)"
-            metavar = "TOPIC" if option.topics else "NAMES" if option.tables else "FILE"
-            kind: dict[str, Any] = {"metavar": metavar}
+            kind: dict[str, Any] = {"metavar": option.numbers or "NAMES"}
             if default is False:
                 kind = {"action": "store_true"}
-            elif option.numbers:
-                kind = {"metavar": option.numbers}
             elif option.choices:
                 kind = {"choices": option.choices}
             elif option.number:
                 kind = {"metavar": "X"}
-            groups[option.group].add_argument(
-                f"--{name}", default=default, help=option.help + shown, **kind
-            )
+            elif option.topics:
+                kind = {"metavar": "TOPIC"}
+            elif name == "frames":
+                kind = {"metavar": "FILE"}
+            help = f"{option.help} (default: %(default)s)" if default else option.help
+            if option.group not in self.groups:
+                self.groups[option.group] = self.add_argument_group(option.group)
+            add = self.groups[option.group].add_argument
+            add(f"--{name}", default=default, help=help, **kind)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Return the arguments; options of other programs end in a hint."""
+        if "--help-all" in arguments:
+            self.shown = {action.dest for action in self._actions}
         for argument in arguments:
             if hint := ELSEWHERE.get(argument.partition("=")[0]):
                 self.error(f"{argument}: {hint}")

@@ -1,13 +1,16 @@
 """The table of the estimates, no wider than the terminal."""
 
+import sys
 from collections.abc import Sequence
 
+from ..comparison.tables import Cell, Table, as_text
 from ..evaluation.evaluation import Evaluation
-from ..texts import padded, shortened, text_width
+from ..metrics import metric
+from ..texts import shortened, text_width
 
-__all__ = ["LEGEND", "table"]
+__all__ = ["LEGEND", "metric_table", "table"]
 
-ALWAYS = (0, 1, 2, 8)  # columns that no terminal is too narrow for
+ALWAYS = 5  # columns that no terminal is too narrow for
 LONGEST = 28  # characters of a name
 LEGEND = """\
 TAS, RAS, PAS  scores of positions, of rotations, and their mean, from 0 to 1; lost frames score 0
@@ -23,16 +26,33 @@ refined        the alignment with the best TAS; pcr99: the paper's, the best of 
 
 def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[str]]:
     """Return the table of all estimates, and the headers for which the terminal is too narrow."""
-    headers = list(evaluations[0].row)
-    rows = [headers, *(list(evaluation.row.values()) for evaluation in evaluations)]
-    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
-    names = ["estimate", *(shortened(evaluation.name, LONGEST) for evaluation in evaluations)]
-    width = max(map(text_width, names))
-    shown = list(range(len(headers)))
-    while width + sum(widths[k] + 2 for k in shown) > columns and len(shown) > len(ALWAYS):
-        shown.remove(max(set(shown).difference(ALWAYS)))
-    lines = [
-        padded(name, width) + "".join("  " + row[k].rjust(widths[k]) for k in shown)
-        for name, row in zip(names, rows, strict=True)
+    header = ["estimate", *evaluations[0].row]
+    rows = [
+        [Cell(shortened(one.name, LONGEST)), *map(Cell, one.row.values())] for one in evaluations
     ]
-    return "\n".join(lines), [headers[k] for k in range(len(headers)) if k not in shown]
+    left_out: list[str] = []
+    while True:
+        text = as_text(Table(header, rows), sys.maxsize)
+        if len(header) == ALWAYS or text_width(text.splitlines()[0]) <= columns:
+            return text, left_out
+        left_out.insert(0, header.pop(-2))
+        for row in rows:
+            row.pop(-2)
+
+
+def metric_table(evaluations: Sequence[Evaluation], columns: int) -> str:
+    """Return the table of the metrics of estimates, in blocks of at most so many columns."""
+    settings, header = evaluations[0].settings, ["estimate"]
+    for name in settings.metrics:
+        unit = metric(name).family.unit.replace("units", settings.form.unit)
+        header.append(f"{name} [{unit}]" if unit else name)
+    rows = []
+    for one in evaluations:
+        values = [_metric(name, one.value(name)) for name in settings.metrics]
+        rows.append(list(map(Cell, [shortened(one.name, LONGEST), *values])))
+    return as_text(Table(header, rows), columns)
+
+
+def _metric(name: str, value: float | None) -> str:
+    digits = {"": ".4f", "%": ".2f"}.get(metric(name).family.unit, ".4g")
+    return "-" if value is None else f"{value:{digits}}"

@@ -1,7 +1,6 @@
 """Systems over sequences and runs: found, scored in parallel, and summarised."""
 
-import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from html import escape
@@ -13,7 +12,7 @@ from ..evaluation.notes import collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings
 from ..metrics import metric
 from ..parallel import run_parallel
-from ..texts import first_few, printable
+from ..texts import alike, first_few, printable
 from ..trajectories.extras import require
 from ..trajectories.files import FAILURES, read_stamps
 from ..trajectories.recognition import recognise
@@ -86,7 +85,7 @@ class Comparison:
         for result in self.summary.results:
             if reason := result.outcome.low_score:
                 low.setdefault(result.run.system, []).append((_name(result.run), reason))
-        return [note for system, reasons in low.items() for note in _alike(system, reasons)]
+        return [note for reasons in low.values() for note in alike(reasons)]
 
     def verdict(self, by: str = "PAS") -> list[str]:
         """Return in words which systems are ahead, and how certain that is.
@@ -302,7 +301,7 @@ def compare_runs(
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     summary = summarise(runs, settings.metrics, settings.form, paired)
     notes += _notes_of_sequences(runs)
-    all_notes = [*_notes_of_runs(runs), *_alike("", notes)]
+    all_notes = [*_notes_of_runs(runs), *alike(notes)]
     return Comparison(benchmark, settings, summary, problems, all_notes)
 
 
@@ -377,23 +376,11 @@ def _notes_of_runs(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:
         if any(one and one in own[:index] for index, one in enumerate(own)):
             note = "runs with the same scores count as several: copies, or a deterministic system"
             by_system[system].append((f"{sequence}, {system}", note))
-    return [note for system, notes in by_system.items() for note in _alike(system, notes)]
+    return [note for notes in by_system.values() for note in alike(notes)]
 
 
 def _name(run: Run) -> str:
     return f"{run.sequence}, {run.system}, run {run.run}"
-
-
-def _alike(system: str, notes: Iterable[tuple[str, str]]) -> list[str]:
-    """Return each note once, after the first place that it is about, with the number of others."""
-    alike: dict[str, list[str]] = {}
-    for run, note in notes:
-        alike.setdefault(re.sub(r"[\d.]+", "", note), []).append(f"{run}: {note}")
-    of = f" of {system}" if system else ""
-    return [
-        f"{first} (likewise {len(others)} more{of})" if others else first
-        for first, *others in alike.values()
-    ]
 
 
 def finite(value: Any) -> Any:

@@ -86,9 +86,8 @@ def evaluate_run(task: Task) -> Outcome:
             for name, value in vars(outcome).items()
         }
         try:
-            file.parent.mkdir(parents=True, exist_ok=True)
             write_whole(file, json.dumps(values).encode())
-        except (OSError, ValueError) as error:
+        except ValueError as error:
             outcome.notes.append(f"is not stored in {task.cache}: {why(error)}")
     return outcome
 

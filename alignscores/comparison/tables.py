@@ -1,17 +1,17 @@
-"""The comparison as tables: for a terminal, CSV, Markdown, LaTeX and HTML."""
+"""The comparison as tables: for a terminal, CSV, Markdown and HTML."""
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from html import escape
 from typing import NamedTuple
 
 from ..evaluation.settings import Settings
 from ..metrics import metric
-from ..texts import WIDTH, column_widths, csv_text, padded, text_width
+from ..texts import WIDTH, csv_text, padded, text_width
 from .summary import Entry, Summary
 
-__all__ = ["Cell", "Table", "as_csv", "as_html", "as_latex", "as_markdown", "as_text"]
+__all__ = ["Cell", "Table", "as_csv", "as_html", "as_markdown", "as_text"]
 __all__ += ["conditions", "legend", "markdown", "number", "tables"]
 
 
@@ -122,7 +122,7 @@ def as_text(table: Table, columns: int = WIDTH) -> str:
 def _block(table: Sequence[Sequence[str]], start: int, end: int) -> list[str]:
     """Return some columns with the first, their cells below each other."""
     rows = [[row[0], *row[start:end]] for row in table]
-    first, *others = column_widths(rows)
+    first, *others = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
     widths = [first, *(-width for width in others)]  # numbers end below each other
     return ["  ".join(map(padded, row, widths)) for row in rows]
 
@@ -130,39 +130,13 @@ def _block(table: Sequence[Sequence[str]], start: int, end: int) -> list[str]:
 def as_markdown(table: Table) -> str:
     """Return a table in Markdown, the best in bold where it is significantly ahead."""
     rule = ["---", *["---:"] * (len(table.header) - 1)]
-    rows = [[*map(markdown, table.header)], rule, *_marked(table, markdown, "**{}**")]
+    rows = [[*map(markdown, table.header)], rule, *(map(_markdown_cell, row) for row in table.rows)]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
-def as_latex(table: Table, caption: str) -> str:
-    """Return a table for the package booktabs, the best in bold where it is ahead."""
-    header, *rows = [[*map(_tex, table.header)], *_marked(table, _tex, r"\textbf{{{}}}")]
-    lines = [
-        r"\begin{table}",
-        r"\centering",
-        rf"\caption{{{_tex(caption)}}}",
-        rf"\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}",
-        r"\toprule",
-        " & ".join(header) + r" \\",
-        r"\midrule",
-        *(" & ".join(row) + r" \\" for row in rows),
-        r"\bottomrule",
-        r"\end{tabular}",
-        r"\end{table}",
-    ]
-    return "\n".join(lines)
-
-
-def _marked(table: Table, write: Callable[[str], str], bold: str) -> list[list[str]]:
-    """Return the rows as they are written in some format."""
-    return [
-        [
-            f"{bold.format(write(cell.text)) if cell.best else write(cell.text)} "
-            f"{write(cell.mark)}".rstrip()
-            for cell in row
-        ]
-        for row in table.rows
-    ]
+def _markdown_cell(cell: Cell) -> str:
+    text = f"**{markdown(cell.text)}**" if cell.best else markdown(cell.text)
+    return f"{text} {markdown(cell.mark)}".rstrip()
 
 
 def as_html(table: Table, caption: str = "") -> str:
@@ -191,27 +165,6 @@ def as_csv(summary: Summary) -> str:
     rows = [entry.to_dict() for entry in summary.entries.values()]
     lines = [["" if v is None or v != v else v for v in row.values()] for row in rows]  # NaN
     return csv_text(list(rows[0]), lines)
-
-
-TEX = str.maketrans(
-    {
-        **{letter: f"\\{letter}" for letter in "&%$#_{}"},
-        "\\": r"\textbackslash{}",
-        "~": r"\textasciitilde{}",
-        "^": r"\textasciicircum{}",
-        "<": r"\textless{}",
-        ">": r"\textgreater{}",
-        "|": r"\textbar{}",
-        "[": "{[}",  # at the start of a row it, or a star, would be an option
-        "*": "{*}",
-        "∞": r"$\infty$",
-        "†": r"\dag{}",
-    }
-)
-
-
-def _tex(text: str) -> str:
-    return text.translate(TEX)
 
 
 def markdown(text: str) -> str:

@@ -257,7 +257,8 @@ class Settings:
     )
     metrics: tuple[str, ...] = _setting(
         (),
-        "by name, such as auc@30:vggt,recall@5cm,5deg:hloc,rpe@1m; `alignscores metrics` lists all",
+        "metrics by name, such as auc@30:vggt,rpe@1m, instead of the scores, for compare next to "
+        "them; `alignscores metrics` lists all",
         group="output",
     )
 

@@ -95,8 +95,8 @@ def test_many_estimates_are_overlaid_and_the_first_ones_named(evaluation):
     scored = [dataclasses.replace(evaluation, name=name) for name in names]
     figure = figure_of(scored)
     panels = axes_of(figure)
-    assert len([line for line in panels["x [m]"].get_lines() if len(line.get_xdata())]) == 13
-    legend = panels["position error [m]"].get_legend()
+    assert len(panels["y [m]"].get_lines()) == len(figure.subfigs[1].axes[0].get_lines()) == 13
+    (legend,) = figure.subfigs[0].legends
     assert legend.get_texts()[0].get_text() == names[0]
     assert len(legend.get_texts()) + int(legend.get_title().get_text().split()[1]) == 12
     figure.draw_without_rendering()

@@ -37,7 +37,8 @@ def test_a_name_that_cannot_be_printed_loses_no_result(run, examples, tmp_path, 
     assert code == 1
     (results, failed) = (json.loads(out)[key] for key in ("results", "failed"))
     assert len(results) == len(NAMES)
-    assert r"n\xff\xe9.txt" in [result["name"] for result in results]
+    folder, name = results[0]["name"].split("/")  # like the file in a folder
+    assert (folder, name) == (tmp_path.name, r"n\xff\xe9.txt")
     texts = [value for result in results for value in (result["name"], result["file"])]
     for text in (*texts, *failed[0].values()):
         assert text.isprintable()

@@ -37,7 +37,7 @@ def hostile(run_compare, examples, tmp_path):
     return "tum", "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
 
 
-@pytest.mark.parametrize("show", [[], ["--csv"], ["--json"], ["--markdown", "-"], ["--latex"]])
+@pytest.mark.parametrize("show", [[], ["--csv"], ["--json"], ["--markdown", "-"]])
 def test_no_escape_reaches_the_terminal(run_compare, hostile, show):
     code, out, err = run_compare(*hostile, "--jobs", 1, *show)
     assert code == 1  # of the file that cannot be read

@@ -78,7 +78,9 @@ def test_two_options_write_no_file_together(here, examples, refused):
     refused("would replace what --save_errors writes", "tum", *files, *both)
 
 
-@pytest.mark.parametrize("whose", ["desk/gt", "lonely/gt", "desk/orb/0", "new/orb/0"])
+@pytest.mark.parametrize(
+    "whose", ["desk/gt", "desk/frames", "lonely/gt", "desk/orb/0", "new/orb/0", "saved"]
+)
 def test_no_page_replaces_a_file_of_a_benchmark(here, examples, refused, whose):
     """Nor one that is left out, without a run or a reference."""
     for sequence in ("desk", "new"):
@@ -87,9 +89,12 @@ def test_no_page_replaces_a_file_of_a_benchmark(here, examples, refused, whose):
     (here / "lonely").mkdir()
     for sequence in ("desk", "lonely"):
         shutil.copy(examples / "tum/reference.txt", here / sequence / "gt.html")
+    shutil.copy(examples / "tum/reference.txt", here / "desk/frames.html")
+    (here / "saved.html").touch()
     target = symlink(here / f"{whose}.html", ".html")
     patterns = "tum", "{sequence}/gt.html", "{sequence}/{system}/0.html"
-    refused("would replace the input", "compare", *patterns, "--html", target)
+    others = "--frames", "{sequence}/frames.html", "--baseline", "saved.html"
+    refused("would replace the input", "compare", *patterns, *others, "--html", target)
 
 
 def test_outputs_of_before_are_replaced(here, examples, command):

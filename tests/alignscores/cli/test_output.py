@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import sys
 
 import numpy as np
@@ -72,6 +73,15 @@ def test_the_table_is_in_the_order_of_the_files(run, score, lines, write):
     assert [line.split()[0] for line in run(*TUM[:2], *files)[1].splitlines()[1:4]] == names
 
 
+def test_names_have_as_many_parts_as_make_them_unique(score, examples, tmp_path):
+    files = [tmp_path / name for name in ("orb/0.txt", "dso/0.txt", "dso/1.txt")]
+    for file in files:
+        file.parent.mkdir(exist_ok=True)
+        shutil.copy(examples / TUM[2], file)
+    names = [result["name"] for result in score(*TUM[:2], *files)]
+    assert names == ["orb/0.txt", "dso/0.txt", "dso/1.txt"]
+
+
 def test_a_result_is_the_same_alone_and_next_to_others(score):
     (alone,) = score(*TUM)
     assert score(*TUM, TUM[1])[0] == alone
@@ -90,10 +100,11 @@ def test_a_bad_estimate_does_not_stop_the_others(run, tmp_path, write):
     assert err.splitlines() == [f"alignscores: error: {error}" for error in errors]
 
 
-def test_json_names_a_reference_that_cannot_be_read(run):
+def test_json_names_a_reference_that_cannot_be_read(run, tmp_path):
     for files in ("none.txt", TUM[2]), (TUM[1], TUM[2], "--frames", "none.txt"):
-        code, out, err = run("tum", *files, "--json")
+        code, out, err = run("tum", *files, "--json", "--save_json", tmp_path / "a.json")
         printed = json.loads(out)
+        assert json.loads((tmp_path / "a.json").read_text()) == printed
         (failed,) = printed["failed"]
         assert (code, printed["results"], failed["file"]) == (1, [], "none.txt")
         assert err == f"alignscores: error: {failed['error']}\n"

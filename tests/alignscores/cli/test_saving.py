@@ -52,8 +52,8 @@ def test_save_aligned(run, score, tmp_path, examples, files, read):
     assert after["TAS"] == pytest.approx(before["TAS"], abs=0.02)
     assert run(*files, files[2], "--save_aligned", path)[0] == 0
     assert {file.name for file in tmp_path.glob("aligned_*")} == {
-        "aligned_estimate.txt.txt",
-        "aligned_estimate.txt (2).txt",
+        "aligned_estimate.txt",
+        "aligned_estimate (2).txt",
     }
 
 
@@ -75,9 +75,9 @@ def test_output_folder(run, tmp_path):
     names = ["scores.json", "errors.csv", "metrics.csv", "plot.png", "page.html"]
     names += ["aligned_estimate.txt", "aligned_reference.txt"]
     assert sorted(path.name for path in folder.iterdir()) == sorted(names)
-    assert json.loads((folder / "scores.json").read_text()) == json.loads(
-        run(*TUM, TUM[1], "--json")[1]
-    )
+    saved = "--frames", TUM[1], "-o", folder
+    printed = run(*TUM, TUM[1], *saved, "--json")[1]
+    assert json.loads((folder / "scores.json").read_text()) == json.loads(printed)
     assert run(*COLMAP, "-o", folder)[0] == 0  # again, and in a format without aligned files
 
 

@@ -71,10 +71,6 @@ def test_an_estimate_from_stdin(score, examples, monkeypatch, form):
     assert result["PAS"] == score(form, reference, estimate)[0]["PAS"]
 
 
-def test_stdin_is_one_file(run):
-    assert run("tum", "-", "-")[2] == "alignscores: error: stdin (-) can be one file only\n"
-
-
 def test_invert(score, run, kitti, examples):
     (honest,) = score(*KITTI)
     path = kitti(inverse_poses(read_kitti(examples / KITTI[2]).poses))
