@@ -171,12 +171,8 @@ def _body_rotation(
     """Return the rotation of the camera frame that is to be removed, if any."""
     if settings.body_rotation == "none" or not has_rotations:
         return None
-    mistake = find_convention(
-        matches.pose_references,
-        estimate.poses[matches.pose_rows],
-        quaternions=settings.est_form.quaternions,
-    )
-    return None if mistake.inverted or mistake.rotations_inverted else mistake.body_rotation
+    mistake = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
+    return None if mistake.kind.startswith("inverted") else mistake.body_rotation
 
 
 def _scores(matches: Matches, settings: Settings) -> tuple[PASResult, list[float]]:

@@ -16,7 +16,6 @@ class Format:
     read: Callable[..., files.Trajectory]
     unit: str = "m"  # name of the reference's unit of length
     timed: bool = False  # whether poses are matched by time stamps
-    quaternions: bool = False  # whether rotations are quaternions
     topics: bool = False  # whether a file may hold several trajectories, by topic
     tables: bool = False  # whether it is a text table, whose columns can be named
     ordered: bool = True  # whether poses come in the order of time
@@ -32,7 +31,6 @@ FORMATS = {
         "text tables, 'timestamp tx ty tz qx qy qz qw' or with a header that names the columns",
         files.read_tum,
         timed=True,
-        quaternions=True,
         tables=True,
     ),
     "kitti": Format(
@@ -44,14 +42,12 @@ FORMATS = {
         "EuRoC's data.csv as reference; estimates like it, or in TUM format",
         files.read_euroc,
         timed=True,
-        quaternions=True,
         tables=True,
     ),
     "colmap": Format(
         "folders of COLMAP models, matched by image name; an estimate may be a folder of several",
         files.read_colmap,
         unit="units",
-        quaternions=True,
         ordered=False,
         read_parts=files.read_colmap_parts,
     ),
@@ -68,7 +64,6 @@ FORMATS = {
         "bags of ROS 1 and 2, and MCAP, read by evo; an estimate may be a TUM file",
         files.read_bag,
         timed=True,
-        quaternions=True,
         topics=True,
     ),
     "nerf": Format(
