@@ -14,6 +14,7 @@ class Format:
 
     help: str  # what a file holds
     read: Callable[..., files.Trajectory]
+    suffixes: tuple[str, ...] = ()  # of names that no other format has
     unit: str = "m"  # name of the reference's unit of length
     timed: bool = False  # whether poses are matched by time stamps
     topics: bool = False  # whether a file may hold several trajectories, by topic
@@ -58,11 +59,13 @@ FORMATS = {
     "arrays": Format(
         "NumPy's .npy or .npz with (n,4,4) or (n,3,4) matrices, matched by their stamps or rows",
         files.read_arrays,
+        suffixes=(".npy", ".npz"),
         timed=True,
     ),
     "bag": Format(
         "bags of ROS 1 and 2, and MCAP, read by evo; an estimate may be a TUM file",
         files.read_bag,
+        suffixes=(".bag", ".mcap", ".db3"),
         timed=True,
         topics=True,
     ),

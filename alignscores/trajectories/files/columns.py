@@ -4,9 +4,7 @@ import re
 from collections.abc import Container, Sequence
 from contextlib import suppress
 
-import numpy as np
-
-from .poses import MAX_DEVIATION, MAX_ROUNDING
+from .poses import MAX_DEVIATION
 from .stamps import unit_of_word
 
 __all__ = [
@@ -108,10 +106,7 @@ def _without_parts(names: Sequence[str]) -> list[str]:
 
 def _is_plausible(row: dict[str, str]) -> bool:
     """Return whether a row has a rotation, or nan, where there should be one."""
+    rotation, size = (QUATERNION, 1) if "qw" in row else (ROTATION, 3)
     with suppress(ValueError):
-        if "qw" in row:
-            length = np.linalg.norm([float(row[name]) for name in QUATERNION])
-            return not abs(length - 1) > MAX_ROUNDING
-        matrix = np.reshape([float(row[name]) for name in ROTATION], (3, 3))
-        return not (np.abs(matrix.T @ matrix - np.eye(3)) > MAX_DEVIATION).any()
+        return not abs(sum(float(row[name]) ** 2 for name in rotation) - size) > MAX_DEVIATION
     return False
