@@ -21,9 +21,7 @@ SPAN = 0.3  # seconds over which motions are compared, or the next longer span b
 LONGEST_SPAN = 2.0  # seconds
 SAMPLE, FIRST_SAMPLE = 400, 100  # motions looked at, evenly spread; to find where to look closer
 MIN_MOTIONS = 20  # fewer agree at some offset by chance
-NEARBY = np.asarray(
-    0.05 * np.arange(-20, 21), np.float64
-)  # seconds; the offsets that are tried first
+NEARBY = np.asarray(0.05 * np.arange(-20, 21), np.float64)  # seconds; tried first
 STEP, MAX_TRIALS = 0.1, 4000  # of the offsets that are tried where nothing is known of them
 MIN_GAIN = 2.0  # factor by which motions must agree better for an offset to be certain
 OUTLIER = 3.0  # median disagreements at which a disagreement is capped
