@@ -50,11 +50,11 @@ def columns_of_header(header: str) -> list[str]:
     """Return what the columns hold that a header names; - for columns that are not used."""
     text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lstrip("#%/ \t"))  # units: x [m]
     words = re.split(r"[,;]" if re.search("[,;]", text) else r"\s+", text)
-    names = [_column(word) for word in words]
     if "stamp" in text.lower():  # a message's own stamp, not the time at which it was recorded
-        recorded = {word for word in words if _column(word) == "t" and "stamp" not in word.lower()}
-        names = ["-" if word in recorded else _column(word) for word in words]
-    return _without_parts(names)
+        words = [
+            "-" if _column(word) == "t" and "stamp" not in word.lower() else word for word in words
+        ]
+    return _without_parts([_column(word) for word in words])
 
 
 def matrix_columns(names: Container[str]) -> list[str]:

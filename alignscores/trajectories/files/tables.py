@@ -3,6 +3,7 @@
 import re
 import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -94,17 +95,16 @@ class Table:
         width = len(self.first)
         names = parse_columns(named) if named else columns_of_header(self.header)
         if named and len(names) > width:
-            raise self._error(f"has {width} columns, not the {len(names)} of {named!r}")
+            reason = f"has {width} columns, not the {len(names)} of {named!r}"
+            raise FileError(self.path, reason, place=f"line {self.line}")
         if "x" not in names or len(names) > width:
             self._check_header(len(names))
             names = columns_by_width(self.first, w_first=w_first and self.separator is not None)
         if not names:
             columns = "column" if width == 1 else "columns"
-            raise self._error(f"has {width} {columns}, whose meaning is unknown; {NAME_THEM}")
+            reason = f"has {width} {columns}, whose meaning is unknown; {NAME_THEM}"
+            raise FileError(self.path, reason, place=f"line {self.line}")
         return names + ["-"] * (width - len(names))
-
-    def _error(self, reason: str) -> FileError:
-        return FileError(self.path, reason, place=f"line {self.line}")
 
     def _check_header(self, n_names: int) -> None:
         """Check that the columns have no other names."""
@@ -128,19 +128,14 @@ class Table:
         if len(fields) <= max(columns) or (len(columns) == width != len(fields)):
             reason = f"has {len(fields)} column{'s'[: len(fields) != 1]}, the first row {width}"
             raise FileError(self.path, reason, place=f"line {line}")
-        try:
+        with suppress(ValueError):
             return [float(fields[column]) for column in columns]
-        except ValueError:
-            return [self._number(line, fields[column].strip()) for column in columns]
-
-    def _number(self, line: int, field: str) -> float:
-        """Return the number of a field, nan of an empty one."""
-        if field.lower() in MISSING:
-            return np.nan
-        if not is_number(field):
-            reason = f"{field[:40]!r} is not a number; --columns names the columns"
+        used = [fields[column].strip() for column in columns]
+        used = ["nan" if field.lower() in MISSING else field for field in used]
+        if wrong := [field for field in used if not is_number(field)]:
+            reason = f"{wrong[0][:40]!r} is not a number; --columns names the columns"
             raise FileError(self.path, reason, place=f"line {line}")
-        return float(field)
+        return list(map(float, used))
 
 
 def open_table(path: FilePath) -> Table:
