@@ -19,7 +19,6 @@ import numpy as np
 from ..arrays import Floats
 from ..averaging import angles_and_axes, project_to_rotation, rotation_angles, tlud_mean
 from ..registration import pcr99
-from ..rotation import ras
 from ..validation import finite_rows
 from .files import inverse_poses
 
@@ -90,7 +89,7 @@ def describe_rotation(rotation: Floats) -> str:
 def _of_rotations(gt: Floats, est: Floats) -> Convention:
     """Find the convention of the rotations, the likeliest of those that fit about as well."""
     true, rotations = gt[:, :3, :3], est[:, :3, :3]
-    ras_now = ras(true, rotations).score
+    ras_now = _ras(true, rotations)
     if ras_now > 0.9:
         return Convention()
     inverse = inverse_poses(est)
@@ -102,7 +101,7 @@ def _of_rotations(gt: Floats, est: Floats) -> Convention:
         candidates += [("inverted rotations", transposed, axes) for axes in COMMON.values()]
         candidates += [(order, transposed, axes) for order, axes in QUATERNION_ORDERS.items()]
     candidates.append((kind, rotations, _fitted_frame(true, rotations)))
-    fits = np.array([ras(true, rotations @ axes.T).score for _, rotations, axes in candidates])
+    fits = np.array([_ras(true, rotations @ axes.T) for _, rotations, axes in candidates])
     likeliest = int(np.argmax(fits > fits.max() - CLEARLY))
     if fits[likeliest] < ras_now + min(0.3, (1 - ras_now) / 2):
         return Convention()
@@ -137,6 +136,13 @@ def _turns(rotations: Floats) -> Floats:
     partners = np.concatenate([np.roll(rotations, k, axis=0) for k in (n // 10, n // 4, n // 2)])
     angles, axes = angles_and_axes(np.tile(rotations, (3, 1, 1)).swapaxes(1, 2) @ partners)
     return np.asarray((np.sin(angles) * axes).T)
+
+
+def _ras(gt: Floats, est: Floats) -> float:
+    """Return the RAS with infinitely many thresholds, also of what is no rotation."""
+    frame = tlud_mean(est @ gt.swapaxes(1, 2))
+    errors = rotation_angles((frame @ gt).swapaxes(1, 2) @ est)
+    return float(np.maximum(1 - errors / NEAR_DEG, 0).mean())
 
 
 def _fits_better(gt: Floats, other: Floats, est: Floats) -> bool:

@@ -205,6 +205,16 @@ def test_cameras_that_were_not_estimated_are_left_out():
     assert found_frame(gt, est) is None
 
 
+def test_what_is_no_rotation_is_left_to_the_scores():
+    """Between two frames no score has it, and no hint looks at it more closely."""
+    rng = np.random.default_rng(9)
+    gt = reference("wandering", 600, rng)
+    est = estimate(gt, rng, sigma_deg=20.0)
+    est[1:200:2, :3, :3] = 0
+    stamps = np.arange(600) / 20
+    assert evaluate(Trajectory(stamps, gt), Trajectory(stamps, est)).ras < 0.1
+
+
 BODY_WORDS = "a frame with x forward, y left, z up"
 CAMERA_WORDS = "a camera with x right, y down, z forward"
 
