@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from .registration import Registration
     from .rotation import RASResult, ras
     from .similarity import Similarity
-    from .trajectories.conventions import Convention, check_conventions
     from .trajectories.files import Trajectory
     from .translation import TASResult, closest_pair_quartile, tas
     from .validation import AlignmentWarning
@@ -34,7 +33,6 @@ __all__ = [
     "AlignmentScore",
     "AlignmentWarning",
     "Comparison",
-    "Convention",
     "Evaluation",
     "PASBatch",
     "PASResult",
@@ -47,7 +45,6 @@ __all__ = [
     "TASBatch",
     "TASResult",
     "Trajectory",
-    "check_conventions",
     "closest_pair_quartile",
     "compare",
     "evaluate",
@@ -77,7 +74,6 @@ MODULES = {
     "registration": "Registration",
     "rotation": "RASResult ras",
     "similarity": "Similarity",
-    "trajectories.conventions": "Convention check_conventions",
     "trajectories.files": "Trajectory",
     "translation": "TASResult closest_pair_quartile tas",
     "validation": "AlignmentWarning",

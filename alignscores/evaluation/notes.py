@@ -169,19 +169,15 @@ def convention(evaluation: Evaluation) -> Note | None:
     if evaluation.body_rotation is not None:
         frame = describe_rotation(evaluation.body_rotation)
         return Note("frame", f"a constant rotation of the camera frame was removed: {frame}")
-    mistakes = find_convention(
-        matches.pose_references,
-        evaluation.estimate.poses[matches.pose_rows],
-        quaternions=settings.est_form.quaternions,
-    )
-    gain = f"RAS {mistakes.ras:.2f} as it is, {mistakes.corrected_ras:.2f} corrected"
+    mistake = find_convention(matches.pose_references, evaluation.estimate.poses[matches.pose_rows])
+    gain = f"RAS {mistake.ras:.2f} as it is, {mistake.corrected_ras:.2f} corrected"
     frame = ""
-    if mistakes.body_rotation is not None:
+    if mistake.body_rotation is not None:
         frame = (
             "the camera frame is rotated against the reference's, "
-            f"{describe_rotation(mistakes.body_rotation)}"
+            f"{describe_rotation(mistake.body_rotation)}"
         )
-    if mistakes.inverted:
+    if mistake.kind == "inverted":
         now = "camera-to-world" if settings.invert else "world-to-camera"
         remedy = "leave out --invert" if settings.invert else "add --invert"
         return Note(
@@ -189,16 +185,16 @@ def convention(evaluation: Evaluation) -> Note | None:
             f"the poses in the file seem to be {now}{frame and ', and '}{frame} ({gain})",
             f"{remedy}, with --body_rotation auto" if frame else remedy,
         )
-    if mistakes.rotations_inverted:
+    if mistake.kind == "inverted rotations":
         text = "the rotations in the file seem to be world-to-camera, its positions not"
         frame = frame and f", and {frame}"
         return Note("inverted rotations", f"{text}{frame} ({gain})", "transpose them in the file")
-    if mistakes.quaternion_order:
+    if mistake.kind.startswith("q"):
         text = f"the quaternions seem to have w at the wrong end ({gain})"
-        columns = f"name their order, as in --est_columns 't x y z {mistakes.quaternion_order}'"
-        remedy = columns if settings.est_form.tables else "reorder them in the file"
-        return Note("quaternions", text, remedy)
-    if mistakes.mirrored:
+        columns = f"name their order, as in --est_columns 't x y z {mistake.kind}'"
+        named = settings.est_form.tables and settings.est_form.timed
+        return Note("quaternions", text, columns if named else "reorder them")
+    if mistake.kind == "mirrored":
         text = "the positions fit the mirror image of the reference, as in a left-handed frame"
         return Note("mirrored", text, "correct the export: no rotation corrects it")
     return Note("frame", f"{frame} ({gain})", "--body_rotation auto removes it") if frame else None

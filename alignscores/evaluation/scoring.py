@@ -155,13 +155,9 @@ def _corrected(
     if lever_arm is not None:
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
-        mistakes = find_convention(
-            matches.pose_references,
-            estimate.poses[matches.pose_rows],
-            quaternions=settings.est_form.quaternions,
-        )
-        if not (mistakes.inverted or mistakes.rotations_inverted):
-            body_rotation = mistakes.body_rotation
+        mistake = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
+        if not mistake.kind.startswith("inverted"):
+            body_rotation = mistake.body_rotation
     poses = rotate_cameras(estimate.poses, body_rotation)
     return estimate._replace(poses=poses), lever_arm, body_rotation
 

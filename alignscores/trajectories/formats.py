@@ -14,9 +14,9 @@ class Format:
 
     help: str  # what a file holds
     read: Callable[..., files.Trajectory]
+    suffixes: tuple[str, ...] = ()  # of names that no other format has
     unit: str = "m"  # name of the reference's unit of length
     timed: bool = False  # whether poses are matched by time stamps
-    quaternions: bool = False  # whether rotations are quaternions
     topics: bool = False  # whether a file may hold several trajectories, by topic
     tables: bool = False  # whether it is a text table, whose columns can be named
     ordered: bool = True  # whether poses come in the order of time
@@ -32,7 +32,6 @@ FORMATS = {
         "text tables, 'timestamp tx ty tz qx qy qz qw' or with a header that names the columns",
         files.read_tum,
         timed=True,
-        quaternions=True,
         tables=True,
     ),
     "kitti": Format(
@@ -44,14 +43,12 @@ FORMATS = {
         "EuRoC's data.csv as reference; estimates like it, or in TUM format",
         files.read_euroc,
         timed=True,
-        quaternions=True,
         tables=True,
     ),
     "colmap": Format(
         "folders of COLMAP models, matched by image name; an estimate may be a folder of several",
         files.read_colmap,
         unit="units",
-        quaternions=True,
         ordered=False,
         read_parts=files.read_colmap_parts,
     ),
@@ -62,13 +59,14 @@ FORMATS = {
     "arrays": Format(
         "NumPy's .npy or .npz with (n,4,4) or (n,3,4) matrices, matched by their stamps or rows",
         files.read_arrays,
+        suffixes=(".npy", ".npz"),
         timed=True,
     ),
     "bag": Format(
         "bags of ROS 1 and 2, and MCAP, read by evo; an estimate may be a TUM file",
         files.read_bag,
+        suffixes=(".bag", ".mcap", ".db3"),
         timed=True,
-        quaternions=True,
         topics=True,
     ),
     "nerf": Format(

@@ -13,7 +13,7 @@ from .files import Trajectory
 
 __all__ = ["LeverArm", "find_lever_arm", "with_lever_arm"]
 
-STEPS = 20  # of the fit
+STEPS = 10  # of the fit
 BLOCKS = 10  # stretches of time, each left out for the standard error
 FAR = 3.0  # median errors beyond which a pose is an outlier
 
@@ -38,41 +38,35 @@ def find_lever_arm(gt_positions: Floats, est_poses: Floats) -> LeverArm:
 
     p + R l = s Q g + t is linear in l, and is solved for it together with small changes of the
     similarity, on the inliers. The standard error comes from a jackknife over stretches of time,
-    since errors of neighbouring poses are alike. ValueError where it is larger than the errors.
+    since errors of neighbouring poses are alike. ValueError where it is larger than what the
+    positions are off without a lever arm.
     """
     finite = finite_rows(est_poses)
-    gt, est = gt_positions[finite], est_poses[finite]
-    alignment = tas(gt, est[:, :3, 3], registration="refined").alignment if len(gt) > 3 else None
+    gt = gt_positions[finite] - gt_positions[finite].mean(axis=0)
+    positions, rotations = est_poses[finite, :3, 3], est_poses[finite, :3, :3]
+    alignment = tas(gt, positions, registration="refined").alignment if len(gt) > 3 else None
     if alignment is None:
         raise ValueError("no lever arm is found: the positions cannot be aligned")
-    vector = np.zeros(3)
-    blocks = np.arange(len(gt)) * BLOCKS // len(gt)
-    for _ in range(STEPS):
+    vector, off = np.zeros(3), np.zeros(STEPS)
+    for step in range(STEPS):
         turned = gt @ alignment.rotation.T
-        wanted = alignment.scale * turned + alignment.translation - est[:, :3, 3]
-        misfit = np.linalg.norm(wanted - est[:, :3, :3] @ vector, axis=1)
-        inlier = misfit <= FAR * np.median(misfit)
-        design = _design(alignment.scale * turned, turned, est[:, :3, :3])
-        squares, products = np.zeros((BLOCKS, 10, 10)), np.zeros((BLOCKS, 10))
-        for block in range(BLOCKS):
-            rows = inlier & (blocks == block)
-            stacked = design[rows].reshape(-1, 10)
-            squares[block], products[block] = stacked.T @ stacked, stacked.T @ wanted[rows].ravel()
-        solution = _solved(squares.sum(axis=0), products.sum(axis=0))
+        wanted = alignment.scale * turned + alignment.translation - positions
+        misfit = np.linalg.norm(wanted - rotations @ vector, axis=1)
+        off[step] = np.median(misfit)
+        inlier = misfit <= FAR * off[step]
+        design = _design(alignment.scale * turned, turned, rotations)
+        solution = _solved(design[inlier], wanted[inlier])
         vector = solution[:3]
         alignment = Similarity(
             alignment.scale - solution[6],
             rotation_from_vector(-solution[3:6]) @ alignment.rotation,
             alignment.translation - solution[7:],
         )
-    others = np.array(
-        [
-            _solved(squares.sum(axis=0) - squares[k], products.sum(axis=0) - products[k])[:3]
-            for k in range(BLOCKS)
-        ]
-    )
+    blocks = np.arange(len(gt)) * BLOCKS // len(gt)
+    parts = [inlier & (blocks != block) for block in range(BLOCKS)]
+    others = np.array([_solved(design[part], wanted[part])[:3] for part in parts])
     errors = np.sqrt((BLOCKS - 1) * others.var(axis=0))
-    if errors.max() > np.sqrt(np.mean(misfit[inlier] ** 2)):
+    if errors.max() > off[0]:
         said = ", ".join(f"{value:.2g}" for value in errors)
         raise ValueError(f"no lever arm is found: its motion leaves it uncertain by {said}")
     return LeverArm(vector, errors)
@@ -80,18 +74,14 @@ def find_lever_arm(gt_positions: Floats, est_poses: Floats) -> LeverArm:
 
 def _design(scaled: Floats, turned: Floats, rotations: Floats) -> Floats:
     """Return what changes of lever arm, rotation, scale and translation add to p, (n, 3, 10)."""
-    design = np.zeros((len(turned), 3, 10))
-    design[:, :, :3] = rotations
-    design[:, [0, 1, 2], [4, 5, 3]] = scaled[:, [2, 0, 1]]
-    design[:, [0, 1, 2], [5, 3, 4]] = -scaled[:, [1, 2, 0]]
-    design[:, :, 6] = turned
-    design[:, :, 7:] = np.eye(3)
-    return design
+    crossed = np.cross(np.eye(3), scaled[:, None]).swapaxes(1, 2)
+    shifts = np.broadcast_to(np.eye(3), rotations.shape)
+    return np.concatenate([rotations, crossed, turned[:, :, None], shifts], axis=2)
 
 
-def _solved(squares: Floats, products: Floats) -> Floats:
-    """Return the solution of normal equations."""
-    size = np.sqrt(np.diag(squares))
-    if not (size > 0).all() or np.linalg.cond(squares / np.outer(size, size)) > 1e10:
+def _solved(design: Floats, wanted: Floats) -> Floats:
+    """Return the changes that add up to what is wanted."""
+    solution, _, rank, _ = np.linalg.lstsq(design.reshape(-1, 10), wanted.ravel())
+    if rank < 10:
         raise ValueError("no lever arm is found: its rotations do not determine it")
-    return np.linalg.solve(squares / np.outer(size, size), products / size) / size
+    return np.asarray(solution)

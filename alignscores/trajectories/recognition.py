@@ -6,10 +6,10 @@ from .files import STDIN, FileError, FilePath
 from .files.matrices import files_of_matrices
 from .files.tables import open_table
 from .files.text import numbered_lines
+from .formats import FORMATS
 
 __all__ = ["recognise"]
 
-SUFFIXES = {".bag": "bag", ".mcap": "bag", ".db3": "bag", ".npy": "arrays", ".npz": "arrays"}
 NAME_IT = "name the format: alignscores FORMAT REF EST"
 
 
@@ -30,9 +30,8 @@ def recognise(path: FilePath, columns: str | None = None) -> str:
             return "matrices"
         reason = f"is a folder with no COLMAP model, bag or matrices in .txt files; {NAME_IT}"
         raise FileError(path, reason)
-    if file.suffix in SUFFIXES:
-        return SUFFIXES[file.suffix]
-    return _format_of_text(path, columns)
+    of_suffix = (name for name, form in FORMATS.items() if file.suffix in form.suffixes)
+    return next(of_suffix, None) or _format_of_text(path, columns)
 
 
 def _format_of_text(path: FilePath, named: str | None) -> str:

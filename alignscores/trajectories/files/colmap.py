@@ -1,6 +1,5 @@
-"""COLMAP models, through pycolmap."""
+"""COLMAP models: folders with text or binary files, and models of pycolmap in memory."""
 
-import mmap
 import re
 import struct
 from pathlib import Path
@@ -8,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from ..extras import require
+from ...averaging import rotations_from_quaternions
 from .poses import Trajectory, inverse_poses, poses_from_matrices
 from .text import FileError, FilePath, Source, is_number, numbered_lines
 
 __all__ = ["is_model", "read_colmap", "read_colmap_parts"]
 
-PARTS = "cameras", "images", "points3D"  # files of a model, as .bin or .txt
-RECORDS = {  # bytes of a record, whether a name follows, its count of items, bytes of an item
-    "images.bin": (64, True, "<Q", 24),
-    "frames.bin": (64, False, "<I", 16),
-    "points3D.bin": (43, False, "<Q", 8),
-}
+Images = list[tuple[str, tuple[float, ...]]]  # names, and qw qx qy qz tx ty tz
+
+# In images.bin: number, pose and camera of an image; its name; the number of its points.
+BINARY_IMAGE = re.compile(rb"(.{64})([^\0]*)\0(.{8})", re.DOTALL)
+POSE = struct.Struct("<4x7d4x")
+POINT = 24  # bytes
 
 
 def read_colmap(path: Any) -> Trajectory:
@@ -39,19 +38,23 @@ def read_colmap(path: Any) -> Trajectory:
     ------
     FileError
         Where the model cannot be read, or holds no registered image.
-    ModuleNotFoundError
-        Where pycolmap is not installed.
 
     Examples
     --------
     >>> from alignscores.trajectories.files import read_colmap
-    >>> trajectory = read_colmap("sparse/0")  # doctest: +SKIP
-    >>> trajectory.keys[:2]  # doctest: +SKIP
+    >>> trajectory = read_colmap("tests/data/colmap/reference")
+    >>> trajectory.keys[:2]
     array(['0000.png', '0001.png'], dtype='<U8')
     """
-    if is_model(path):
-        return _registered(path, "the Reconstruction", {})
-    return _read(Path(path))
+    if not is_model(path):
+        return _read(Path(path))
+    images = []
+    for image in path.images.values():
+        if image.has_pose:
+            pose = image.cam_from_world()
+            x, y, z, w = pose.rotation.quat
+            images.append((image.name, (w, x, y, z, *pose.translation)))
+    return _trajectory("the Reconstruction", images)
 
 
 def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
@@ -70,14 +73,14 @@ def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
 
     Raises
     ------
-    FileError, ModuleNotFoundError
+    FileError
         As in `read_colmap`.
 
     Examples
     --------
     >>> from alignscores.trajectories.files import read_colmap_parts
-    >>> list(read_colmap_parts("sparse"))  # doctest: +SKIP
-    ['0', '1']
+    >>> list(read_colmap_parts("tests/data/colmap"))
+    ['estimate', 'reference']
     """
     folder = Path(path)
     folders = {file.parent for file in folder.glob("*/images.*")}
@@ -87,86 +90,59 @@ def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
     return {each.name: _read(each) for each in in_order}
 
 
-def _registered(model: Any, path: FilePath, names: dict[int, str]) -> Trajectory:
-    """Return the registered images of a model; `names` are those that it has not whole."""
-    images = {
-        names.get(number, image.name): image
-        for number, image in model.images.items()
-        if image.has_pose
-    }
-    if not images:
-        raise FileError(path, "the model has no registered image")
-    ordered = sorted(images)
-    matrices = np.array([images[name].cam_from_world().matrix() for name in ordered])
-    source = Source(path, lambda row: f"image {ordered[row]!r}")
-    world_to_camera = poses_from_matrices(matrices, source)
-    return Trajectory(np.array(ordered), inverse_poses(world_to_camera))
-
-
-def _names_in_text(folder: Path) -> dict[int, str]:
-    """Return the names in a text model; pycolmap reads them up to a blank only.
-
-    A malformed line is refused, since pycolmap does not say which it is.
-    """
-    file = folder / "images.txt"
-    names: dict[int, str] = {}
-    if (folder / "images.bin").is_file() or not file.is_file():
-        return names
-    image_line = True  # each is followed by one of points
-    for number, line in numbered_lines(file):
-        if line.startswith("#") or (image_line and not line.strip()):
-            continue
-        if image_line:
-            fields = line.strip().split(maxsplit=9)
-            if len(fields) < 10 or not all(is_number(field, finite=True) for field in fields[:9]):
-                reason = "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the "
-                raise FileError(file, f"{reason}last of them numbers", place=f"line {number}")
-            names[int(float(fields[0]))] = fields[9]
-        image_line = not image_line
-    return names
-
-
 def is_model(model: object) -> bool:
     """Return whether something is a COLMAP model in memory, without importing pycolmap."""
     return type(model).__module__.partition(".")[0] == "pycolmap"
 
 
 def _read(folder: Path) -> Trajectory:
-    """Read a model from its folder."""
-    pycolmap = require("pycolmap", "colmap")
-    if missing := [part for part in PARTS if not list(folder.glob(f"{part}.*"))]:
-        lacks = f"it lacks {' and '.join(missing)}, as .bin or .txt"
-        raise FileError(folder, f"is not a folder with a COLMAP model, as sparse/0 is: {lacks}")
-    for file in RECORDS:
-        if (folder / file).is_file():
-            _check_whole(folder / file)
-    names = _names_in_text(folder)
-    try:
-        model = pycolmap.Reconstruction(str(folder))
-    except (IndexError, MemoryError, OSError, RuntimeError, ValueError) as error:
-        reason = re.sub(r"^\[[^]]*\] (Check failed: )?", "", str(error).partition("\n")[0])
-        whole = "is not a readable COLMAP model, as if a file were cut off"
-        raise FileError(folder, f"{whole} ({reason})") from None
-    return _registered(model, folder, names)
+    """Read a model from its folder, in which images.bin or images.txt has the poses."""
+    if (folder / "images.bin").is_file():
+        return _trajectory(folder, _images_of_binary(folder / "images.bin"))
+    if (folder / "images.txt").is_file():
+        return _trajectory(folder, _images_of_text(folder / "images.txt"))
+    reason = "is not a folder with a COLMAP model, as sparse/0 is"
+    raise FileError(folder, f"{reason}: it has no images.bin or images.txt")
 
 
-def _check_whole(path: Path) -> None:
-    """Check that a binary file of a model is not cut off, which pycolmap may read without end."""
-    record, named, count, item = RECORDS[path.name]
-    size, end, whole = path.stat().st_size, 8, 0
-    if size < end:
-        raise FileError(path, "is cut off: it has not even the number of its records")
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        (n,) = struct.unpack_from("<Q", data)
-        while whole < n:
-            end += record
-            if named:
-                end = data.find(b"\0", end) + 1 or size
-            if end + struct.calcsize(count) > size:
-                break
-            end += struct.calcsize(count) + item * struct.unpack_from(count, data, end)[0]
-            if end > size:
-                break
-            whole += 1
-    if whole < n:
-        raise FileError(path, f"is cut off: it holds {whole} of its {n} records")
+def _images_of_binary(path: Path) -> Images:
+    """Return the registered images of a binary model."""
+    images: Images = []
+    data, position = path.read_bytes(), 8
+    n = int.from_bytes(data[:position], "little")
+    while len(images) < n and (image := BINARY_IMAGE.match(data, position)):
+        pose, name, n_points = image.groups()
+        images.append((name.decode(errors="replace"), POSE.unpack(pose)))
+        position = image.end() + POINT * int.from_bytes(n_points, "little")
+    if len(images) < n or position > len(data):
+        whole = max(len(images) - (position > len(data)), 0)
+        raise FileError(path, f"is cut off: it holds {whole} of its {n} images")
+    return images
+
+
+def _images_of_text(path: Path) -> Images:
+    """Return the registered images of a text model."""
+    images: Images = []
+    lines = (line for line in numbered_lines(path) if not line[1].startswith("#"))
+    for number, line in lines:
+        fields = line.strip().split(maxsplit=9)
+        if not fields:
+            continue
+        if len(fields) < 10 or not all(is_number(field, finite=True) for field in fields[:9]):
+            reason = "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "
+            raise FileError(path, f"{reason}of them numbers", place=f"line {number}")
+        images.append((fields[9], tuple(map(float, fields[1:8]))))
+        next(lines, None)  # its points
+    return images
+
+
+def _trajectory(path: FilePath, images: Images) -> Trajectory:
+    """Return the trajectory of registered images, whose poses are world-to-camera."""
+    if not images:
+        raise FileError(path, "the model has no registered image")
+    names, poses = zip(*sorted(images), strict=True)
+    quaternions, translations = np.split(np.array(poses), [4], axis=1)
+    unit = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    matrices = np.dstack([rotations_from_quaternions(unit[:, [1, 2, 3, 0]]), translations])
+    source = Source(path, lambda row: f"image {names[row]!r}")
+    return Trajectory(np.array(names), inverse_poses(poses_from_matrices(matrices, source)))

@@ -4,9 +4,7 @@ import re
 from collections.abc import Container, Sequence
 from contextlib import suppress
 
-import numpy as np
-
-from .poses import MAX_DEVIATION, MAX_ROUNDING
+from .poses import MAX_DEVIATION
 from .stamps import unit_of_word
 
 __all__ = [
@@ -52,11 +50,11 @@ def columns_of_header(header: str) -> list[str]:
     """Return what the columns hold that a header names; - for columns that are not used."""
     text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lstrip("#%/ \t"))  # units: x [m]
     words = re.split(r"[,;]" if re.search("[,;]", text) else r"\s+", text)
-    names = [_column(word) for word in words]
     if "stamp" in text.lower():  # a message's own stamp, not the time at which it was recorded
-        recorded = {word for word in words if _column(word) == "t" and "stamp" not in word.lower()}
-        names = ["-" if word in recorded else _column(word) for word in words]
-    return _without_parts(names)
+        words = [
+            "-" if _column(word) == "t" and "stamp" not in word.lower() else word for word in words
+        ]
+    return _without_parts([_column(word) for word in words])
 
 
 def matrix_columns(names: Container[str]) -> list[str]:
@@ -108,10 +106,7 @@ def _without_parts(names: Sequence[str]) -> list[str]:
 
 def _is_plausible(row: dict[str, str]) -> bool:
     """Return whether a row has a rotation, or nan, where there should be one."""
+    rotation, size = (QUATERNION, 1) if "qw" in row else (ROTATION, 3)
     with suppress(ValueError):
-        if "qw" in row:
-            length = np.linalg.norm([float(row[name]) for name in QUATERNION])
-            return not abs(length - 1) > MAX_ROUNDING
-        matrix = np.reshape([float(row[name]) for name in ROTATION], (3, 3))
-        return not (np.abs(matrix.T @ matrix - np.eye(3)) > MAX_DEVIATION).any()
+        return not abs(sum(float(row[name]) ** 2 for name in rotation) - size) > MAX_DEVIATION
     return False

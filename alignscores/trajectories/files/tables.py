@@ -2,7 +2,7 @@
 
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
@@ -33,6 +33,7 @@ from .text import FileError, FilePath, Lines, Source, is_number, numbered_lines
 __all__ = ["Table", "open_table", "read_stamps", "read_table"]
 
 COMMENTS = ("#", "%", "//")
+Rows = Iterator[tuple[int, list[str]]]  # fields, with the numbers of their lines
 MISSING = {"", "na", "none", "null"}  # what stands in a table instead of a number
 
 
@@ -87,24 +88,23 @@ class Table:
     separator: str | None  # None: blanks
     first: list[str]  # fields of the first row
     line: int  # its number
-    rows: Lines  # all of them, with the numbers of their lines
+    rows: Rows  # all of them
 
     def columns(self, named: str | None = None, *, w_first: bool = False) -> list[str]:
         """Return what each column holds."""
         width = len(self.first)
         names = parse_columns(named) if named else columns_of_header(self.header)
         if named and len(names) > width:
-            raise self._error(f"has {width} columns, not the {len(names)} of {named!r}")
+            reason = f"has {width} columns, not the {len(names)} of {named!r}"
+            raise FileError(self.path, reason, place=f"line {self.line}")
         if "x" not in names or len(names) > width:
             self._check_header(len(names))
             names = columns_by_width(self.first, w_first=w_first and self.separator is not None)
         if not names:
             columns = "column" if width == 1 else "columns"
-            raise self._error(f"has {width} {columns}, whose meaning is unknown; {NAME_THEM}")
+            reason = f"has {width} {columns}, whose meaning is unknown; {NAME_THEM}"
+            raise FileError(self.path, reason, place=f"line {self.line}")
         return names + ["-"] * (width - len(names))
-
-    def _error(self, reason: str) -> FileError:
-        return FileError(self.path, reason, place=f"line {self.line}")
 
     def _check_header(self, n_names: int) -> None:
         """Check that the columns have no other names."""
@@ -116,35 +116,25 @@ class Table:
 
     def numbers(self, columns: Sequence[int]) -> tuple[Floats, Source]:
         """Return the numbers in some columns, and where the rows are in the file."""
-        rows = list(self.rows)
-        source = Source(self.path, lambda row: f"line {rows[row][0]}")
-        exact = list(columns) == list(range(len(self.first)))
-        with suppress(ValueError):
-            values = np.loadtxt(
-                [text for _, text in rows],
-                comments=None,
-                delimiter=self.separator,
-                usecols=None if exact else columns,
-                ndmin=2,
-            )
-            if values.shape[1] == len(columns):
-                return values, source
-        # Line by line takes longer, but reads empty fields and names a malformed line.
-        return np.array([self._row(number, text, columns) for number, text in rows]), source
+        lines, values = [], []
+        for line, fields in self.rows:
+            lines.append(line)
+            values.append(self._numbers_of_row(line, fields, columns))
+        return np.array(values), Source(self.path, lambda row: f"line {lines[row]}")
 
-    def _row(self, number: int, text: str, columns: Sequence[int]) -> list[float]:
-        """Return the numbers of a line."""
-        fields, width, position = text.split(self.separator), len(self.first), f"line {number}"
+    def _numbers_of_row(self, line: int, fields: list[str], columns: Sequence[int]) -> list[float]:
+        width = len(self.first)
         fields = fields if "".join(fields[width:]).strip() else fields[:width]
         if len(fields) <= max(columns) or (len(columns) == width != len(fields)):
             reason = f"has {len(fields)} column{'s'[: len(fields) != 1]}, the first row {width}"
-            raise FileError(self.path, reason, place=position)
+            raise FileError(self.path, reason, place=f"line {line}")
+        with suppress(ValueError):
+            return [float(fields[column]) for column in columns]
         used = [fields[column].strip() for column in columns]
         used = ["nan" if field.lower() in MISSING else field for field in used]
-        for field in used:
-            if not is_number(field):
-                reason = f"{field[:40]!r} is not a number; --columns names the columns"
-                raise FileError(self.path, reason, place=position)
+        if wrong := [field for field in used if not is_number(field)]:
+            reason = f"{wrong[0][:40]!r} is not a number; --columns names the columns"
+            raise FileError(self.path, reason, place=f"line {line}")
         return list(map(float, used))
 
 
@@ -155,13 +145,12 @@ def open_table(path: FilePath) -> Table:
         text = line.strip()
         is_comment = text.startswith(COMMENTS)
         if not is_comment and any(map(is_number, re.split(r"[\s,;]+", text))):
-            separator, translation = _separator(text.partition("#")[0])
-            rows = _rows(chain([(number, line)], lines), translation)
-            first = next(rows)
-            fields = first[1].split(separator)
-            if separator and not fields[-1].strip():  # which ends lines
-                fields.pop()
-            return Table(path, header, separator, fields, first[0], chain([first], rows))
+            separator = _separator(text.partition("#")[0])
+            rows = _rows(chain([(number, line)], lines), separator)
+            first, fields = next(rows)
+            ends_lines = separator and not fields[-1].strip()
+            named = fields[:-1] if ends_lines else fields
+            return Table(path, header, separator, named, first, chain([(first, fields)], rows))
         if text and (not (is_comment and header) or "x" in columns_of_header(text)):
             header = text
     raise FileError(path, "has no line of numbers")
@@ -202,22 +191,22 @@ def read_stamps(path: FilePath) -> Floats:
     return values[:, 0] / TIME_UNITS[time_unit(values[:, 0])]
 
 
-def _separator(text: str) -> tuple[str | None, dict[int, str | None]]:
-    """Return what separates the fields of a line, and what is to be replaced in the file."""
+def _separator(text: str) -> str | None:
+    """Return the mark that separates the fields of a line; None: blanks and others."""
     separator = next((mark for mark in ";," if mark in text), None)
     if separator and any(len(field.split()) > 1 for field in text.split(separator)):
-        separator = None  # blanks and others
-    translation: dict[int, str | None] = {ord('"'): None}
-    if separator == ";":
-        translation[ord(",")] = "."  # a decimal comma
-    elif separator is None:
-        translation |= {ord(","): " ", ord(";"): " "}
-    return separator, translation
+        return None
+    return separator
 
 
-def _rows(lines: Lines, translation: dict[int, str | None]) -> Lines:
-    """Yield the lines that are neither blank nor comments."""
+def _rows(lines: Lines, separator: str | None) -> Rows:
+    """Yield the fields of the lines that are neither blank nor comments."""
     for number, line in lines:
-        text = line.partition("#")[0].strip()
-        if text and not text.startswith(COMMENTS):
-            yield number, text.translate(translation)
+        text = line.partition("#")[0].strip().replace('"', "")
+        if not text or text.startswith(COMMENTS):
+            continue
+        if separator == ";":
+            text = text.replace(",", ".")  # a decimal comma
+        elif separator is None:
+            text = text.replace(",", " ").replace(";", " ")
+        yield number, text.split(separator)

@@ -97,7 +97,6 @@ def test_options_may_stand_between_the_files(run):
     ("blocked", "arguments", "extra"),
     [
         ("evo", [*TUM, "--save_results", "never.zip"], "evo"),
-        ("pycolmap", COLMAP, "colmap"),
         ("matplotlib", [*TUM, "--save_plot", "never.png"], "plots"),
         ("yaml", ["compare", "never.yaml"], "yaml"),
     ],

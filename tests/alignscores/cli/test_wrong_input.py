@@ -47,14 +47,6 @@ def field(number, column, text, separator=" "):
     return edit
 
 
-def without(*names):
-    def edit(folder):
-        for name in names:
-            (folder / name).unlink()
-
-    return edit
-
-
 def part(name, content):
     """A file of a COLMAP model with another content, or with so many bytes."""
 
@@ -141,11 +133,7 @@ CASES = {  # "format file what": its edit, the message
     "colmap estimate no folder": (always(NOTHING), "bad: is not a folder with a COLMAP model"),
     "colmap estimate empty folder": (
         always(FOLDER),
-        "it lacks cameras and images and points3D, as .bin or .txt$",
-    ),
-    "colmap reference no points": (
-        without("points3D.txt"),
-        "is not a folder with a COLMAP model, as sparse/0 is: it lacks points3D, as .bin or .txt$",
+        "is not a folder with a COLMAP model, as sparse/0 is: it has no images.bin or images.txt$",
     ),
     "colmap estimate images cut off": (
         part("images.bin", 300),

@@ -10,8 +10,8 @@ from alignscores.trajectories.files import read_tum
 ARM = np.array([0.2, -0.1, 0.2])
 
 
-def run(n=400, *, turning=True, seed=0):
-    """A reference of positions alone at the prism, and an estimate of the body with 1 cm noise."""
+def run(n=400, *, turning=True, sigma=0.01, seed=0):
+    """A reference of positions alone at the prism, and an estimate of the body with some noise."""
     rng = np.random.default_rng(seed)
     t = np.arange(n) / 10
     angles = np.column_stack([0.3 * np.sin(t / 3), 0.2 * np.cos(t / 2), t / 4]) * turning
@@ -21,7 +21,7 @@ def run(n=400, *, turning=True, seed=0):
     prism = poses.copy()
     prism[:, :3, 3] += poses[:, :3, :3] @ ARM
     prism[:, :3, :3] = np.nan
-    poses[:, :3, 3] += rng.normal(0, 0.01, (n, 3))
+    poses[:, :3, 3] += rng.normal(0, sigma, (n, 3))
     return Trajectory(t, prism), Trajectory(t, poses)
 
 
@@ -45,6 +45,16 @@ def test_auto_finds_it(scale):
     np.testing.assert_allclose(found.vector, scale * ARM, atol=0.005)
     assert (np.abs(found.vector - scale * ARM) < 4 * found.errors).all()
     assert (found.errors < 0.005).all()
+
+
+@pytest.mark.parametrize("far", [0, 5e6])
+def test_it_is_found_without_noise(far):
+    """Far from the origin, too, as in a national grid."""
+    reference, estimate = run(sigma=0)
+    reference.poses[:, :3, 3] += far
+    found = evaluate(reference, estimate, lever_arm="auto").lever_arm
+    np.testing.assert_allclose(found.vector, ARM, rtol=0, atol=1e-6)
+    assert (found.errors < 1e-6).all()
 
 
 def test_a_real_run_that_is_moved_by_hand(real):

@@ -1,10 +1,12 @@
 """Mistakes of convention are found, and inaccuracy is not mistaken for one."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import Convention, check_conventions, ras
+from alignscores import Trajectory, evaluate, ras
 from alignscores.trajectories.files import inverse_poses
 
 OPENGL = np.diag([1.0, -1.0, -1.0])
@@ -61,10 +63,17 @@ def rotation(axis, degrees):
     return Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
 
 
-def mistakes(found):
-    """Return the names of the mistakes but for a rotated camera frame."""
-    kinds = "inverted", "rotations_inverted", "quaternion_order", "mirrored"
-    return [kind for kind in kinds if getattr(found, kind)]
+def found(gt, est):
+    """Return the notes on mistakes of convention, by kind."""
+    stamps = np.arange(len(gt)) / 10
+    notes = evaluate(Trajectory(stamps, gt), Trajectory(stamps, est)).notes
+    kinds = "inverted", "inverted rotations", "quaternions", "mirrored", "frame"
+    return {note.kind: note.text for note in notes if note.kind in kinds}
+
+
+def found_frame(gt, est):
+    """Return the rotation of the camera frame that ``body_rotation="auto"`` removes."""
+    return evaluate(gt, est, body_rotation="auto").body_rotation
 
 
 @pytest.fixture(params=["anywhere", "vehicle", "wandering"])
@@ -78,16 +87,15 @@ def test_a_rotated_camera_frame_is_found_and_corrected(kind, frame):
     gt = reference(kind, 120, rng)
     est = estimate(gt, rng, lost=0.4)
     mixed_up = in_frame(est, FRAMES[frame])
-    found = check_conventions(gt, mixed_up)
-    assert found.body_rotation is not None
-    assert mistakes(found) == []
-    mended = in_frame(mixed_up, found.body_rotation.T)
+    assert found(gt, mixed_up).keys() == {"frame"}
+    turn = found_frame(gt, mixed_up)
+    mended = in_frame(mixed_up, turn.T)
     honest = ras(gt[:, :3, :3], est[:, :3, :3]).score
     assert ras(gt[:, :3, :3], mended[:, :3, :3]).score > honest - 0.03
     assert ras(gt[:, :3, :3], mixed_up[:, :3, :3]).score < honest / 3
     angle, true_angle, off = (
         np.degrees(Rotation.from_matrix(one).magnitude())
-        for one in (found.body_rotation, FRAMES[frame], found.body_rotation.T @ FRAMES[frame])
+        for one in (turn, FRAMES[frame], turn.T @ FRAMES[frame])
     )
     if kind == "vehicle":  # other frames explain turns about one axis as well
         assert angle < true_angle + 2.0
@@ -102,10 +110,11 @@ def test_world_to_camera_poses_are_found(kind, frame):
     est = estimate(gt, rng, lost=0.4)
     if frame is not None:
         est = in_frame(est, FRAMES[frame])
-    found = check_conventions(gt, inverse_poses(est))
-    assert mistakes(found) == ["inverted"]
-    assert (found.body_rotation is None) == (frame is None)
-    assert found.corrected_ras > 3 * found.ras
+    ((kind, text),) = found(gt, inverse_poses(est)).items()
+    assert kind == "inverted"
+    assert ("the camera frame is rotated" in text) == (frame is not None)
+    now, corrected = map(float, re.search(r"\(RAS (.*) as it is, (.*) corrected\)", text).groups())
+    assert corrected > 3 * now
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "wandering"])
@@ -116,7 +125,7 @@ def test_quaternions_with_w_at_the_wrong_end(kind, order):
     est = estimate(gt, rng)
     quaternions = Rotation.from_matrix(est[:, :3, :3]).as_quat()
     est[:, :3, :3] = Rotation.from_quat(quaternions[:, order]).as_matrix()
-    assert mistakes(check_conventions(gt, est)) == ["quaternion_order"]
+    assert found(gt, est).keys() == {"quaternions"}
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "wandering"])
@@ -125,10 +134,9 @@ def test_inverted_rotations_with_true_positions_are_found(kind):
     gt = reference(kind, 120, rng)
     est = estimate(gt, rng, lost=0.4)
     est[:, :3, :3] = est[:, :3, :3].transpose(0, 2, 1)
-    found = check_conventions(gt, est)
-    assert mistakes(found) == ["rotations_inverted"]
-    assert found.body_rotation is None
-    assert str(found) == "the estimated rotations are world-to-camera"
+    ((kind, text),) = found(gt, est).items()
+    assert kind == "inverted rotations"
+    assert "the camera frame" not in text
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "wandering"])
@@ -139,15 +147,14 @@ def test_mirrored_positions_are_found(kind, mirror):
     est = estimate(gt, rng, lost=0.4)
     positions_only = est.copy()
     positions_only[:, :3, 3] *= mirror
-    assert check_conventions(gt, positions_only).mirrored
+    assert found(gt, positions_only).keys() == {"mirrored"}
     both = positions_only.copy()
     both[:, :3, :3] = np.diag(mirror) @ est[:, :3, :3] @ np.diag(mirror)
-    found = check_conventions(gt, both)
-    assert found.mirrored
+    assert found(gt, both).keys() == {"mirrored"}
     # The rotations of a mirrored world are the true ones in another camera frame.
     if mirror != [-1, -1, -1]:  # there they are the true ones
         half_turn = -np.diag(mirror)
-        np.testing.assert_allclose(found.body_rotation, half_turn, atol=0.02)
+        np.testing.assert_allclose(found_frame(gt, both), half_turn, atol=0.02)
 
 
 INACCURACIES = {
@@ -167,8 +174,7 @@ INACCURACIES = {
 def test_inaccuracy_is_no_convention(kind, what, n):
     rng = np.random.default_rng(n)
     gt = reference(kind, n, rng)
-    found = check_conventions(gt, estimate(gt, rng, **INACCURACIES[what]))
-    assert str(found) == "no mistake is found"
+    assert found(gt, estimate(gt, rng, **INACCURACIES[what])) == {}
 
 
 @pytest.mark.parametrize("angle", [2.0, 9.0])
@@ -177,8 +183,7 @@ def test_a_small_misalignment_is_no_convention(kind, angle):
     gt = reference(kind, 120, rng)
     axis = rng.normal(size=3)
     turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis), degrees=True).as_matrix()
-    found = check_conventions(gt, in_frame(estimate(gt, rng), turn))
-    assert str(found) == "no mistake is found"
+    assert found(gt, in_frame(estimate(gt, rng), turn)) == {}
 
 
 def test_identity_quaternions_are_no_convention():
@@ -187,7 +192,7 @@ def test_identity_quaternions_are_no_convention():
     gt = reference("wandering", 120, rng)
     est = estimate(gt, rng)
     est[:, :3, :3] = np.eye(3)
-    assert str(check_conventions(gt, est)) == "no mistake is found"
+    assert found(gt, est) == {}
 
 
 def test_cameras_that_were_not_estimated_are_left_out():
@@ -195,9 +200,19 @@ def test_cameras_that_were_not_estimated_are_left_out():
     gt = reference("anywhere", 60, rng)
     est = in_frame(estimate(gt, rng), OPENGL)
     est[::2] = np.nan
-    np.testing.assert_array_equal(check_conventions(gt, est).body_rotation, OPENGL)
-    est[:] = np.nan
-    assert check_conventions(gt, est).body_rotation is None
+    np.testing.assert_array_equal(found_frame(gt, est), OPENGL)
+    est[4:] = np.nan
+    assert found_frame(gt, est) is None
+
+
+def test_what_is_no_rotation_is_left_to_the_scores():
+    """Between two frames no score has it, and no hint looks at it more closely."""
+    rng = np.random.default_rng(9)
+    gt = reference("wandering", 600, rng)
+    est = estimate(gt, rng, sigma_deg=20.0)
+    est[1:200:2, :3, :3] = 0
+    stamps = np.arange(600) / 20
+    assert evaluate(Trajectory(stamps, gt), Trajectory(stamps, est)).ras < 0.1
 
 
 BODY_WORDS = "a frame with x forward, y left, z up"
@@ -215,4 +230,6 @@ CAMERA_WORDS = "a camera with x right, y down, z forward"
     ],
 )
 def test_a_frame_in_words(rotation, words):
-    assert str(Convention(body_rotation=rotation)) == f"the camera frame is rotated: {words}"
+    gt = reference("anywhere", 60, np.random.default_rng(8))
+    text = found(gt, in_frame(gt, rotation))["frame"]
+    assert text.startswith(f"the camera frame is rotated against the reference's, {words} (RAS")

@@ -75,31 +75,38 @@ def test_models_of_a_folder_are_in_the_order_of_their_numbers(examples, tmp_path
     assert list(read_colmap_parts(tmp_path)) == ["9", "b", "10"]
 
 
-def test_what_a_model_lacks_may_be_empty(examples, tmp_path):
-    binary, text = tmp_path / "binary", tmp_path / "text"
-    for model, example, points, empty in (
-        (binary, "estimate", "points3D.bin", bytes(8)),
-        (text, "reference", "points3D.txt", b""),
-    ):
-        shutil.copytree(examples / "colmap" / example, model)
-        (model / points).write_bytes(empty)
-    assert len(read_colmap(binary).keys) == 37
-    assert len(read_colmap(text).keys) == 40
+def test_of_a_model_only_the_images_are_needed(examples, tmp_path):
+    for example, name, n in (("estimate", "images.bin", 37), ("reference", "images.txt", 40)):
+        (tmp_path / example).mkdir()
+        shutil.copy(examples / "colmap" / example / name, tmp_path / example)
+        assert len(read_colmap(tmp_path / example).keys) == n
 
 
-def test_a_binary_model_is_known_to_be_whole(tmp_path):
-    """With points, tracks and rigs; pycolmap may read on without end where a byte is missing."""
+def test_models_have_the_poses_that_pycolmap_reads(tmp_path):
+    """With rigs, points and images without a pose; as text, and in memory, too."""
     options = pycolmap.SyntheticDatasetOptions()
     options.num_rigs, options.num_cameras_per_rig, options.num_frames_per_rig = 2, 2, 3
-    pycolmap.synthesize_dataset(options).write_binary(str(tmp_path))
-    assert len(read_colmap(tmp_path).keys) == 12
-    for name, n in (("images", 12), ("frames", 6), ("points3D", options.num_points3D)):
-        path = tmp_path / f"{name}.bin"
-        content = path.read_bytes()
-        path.write_bytes(content[:-1])
-        with pytest.raises(FileError, match=f"{name}.bin: .* it holds {n - 1} of its {n} records"):
-            read_colmap(tmp_path)
-        path.write_bytes(content)
+    model = pycolmap.synthesize_dataset(options)
+    model.deregister_frame(1)
+    written = {name: tmp_path / name for name in ("binary", "text")}
+    for path in written.values():
+        path.mkdir()
+    model.write_binary(str(written["binary"]))
+    model.write_text(str(written["text"]))
+    theirs = {image.name: image for image in model.images.values() if image.has_pose}
+    matrices = [theirs[name].cam_from_world().inverse().matrix() for name in sorted(theirs)]
+    for source in (*written.values(), model):
+        names, poses = read_colmap(source)
+        assert names.tolist() == sorted(theirs)
+        np.testing.assert_allclose(poses[:, :3], matrices, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize(("size", "reason"), [(0, "0 of its 0"), (300, "3 of its"), (-1, "36 of")])
+def test_a_binary_model_is_known_to_be_whole(examples, tmp_path, size, reason):
+    content = (examples / "colmap/estimate/images.bin").read_bytes()
+    (tmp_path / "images.bin").write_bytes(content[:size])
+    with pytest.raises(FileError, match=f"images.bin: is cut off: it holds {reason}"):
+        read_colmap(tmp_path)
 
 
 @pytest.mark.parametrize("rows", [3, 4])
