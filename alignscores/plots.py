@@ -19,9 +19,8 @@ from scipy.spatial.transform import Rotation
 
 from .arrays import Floats
 from .evaluation.evaluation import Evaluation
-from .pages.charts import breaks
-from .pages.estimates import over_expected
 from .texts import shortened
+from .trajectories.timeline import breaks
 from .validation import finite_rows
 
 __all__ = ["KINDS", "MODES", "figure_of", "score_panel"]
@@ -84,21 +83,21 @@ def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
     ):
         axes.set(yscale="log", ylabel=label)
         for line, evaluation in zip(_lines(scored), scored, strict=True):
-            errors = over_expected(evaluation, getattr(evaluation.result, name).errors, np.inf)
+            errors = evaluation.over_expected(getattr(evaluation.result, name).errors, np.inf)
             shown = np.where(np.isfinite(errors) & (errors > 0), errors, np.nan)
-            _draw_line(axes, evaluation, _times(evaluation), shown, line)
+            _draw_line(axes, evaluation, evaluation.times, shown, line)
             _shade(axes, evaluation, ~np.isfinite(errors), line["color"])
         largest = getattr(scored[0].result, name).thresholds[-1]
         axes.axhline(largest, color="0.3", linewidth=0.7, linestyle=":")
         transform = axes.get_yaxis_transform()
         axes.text(1, largest, "largest threshold ", transform=transform, ha="right", va="top")
     panels[0].set_title("errors over time; shaded: lost")
-    panels[1].set_xlabel(_time_label(scored[0]))
+    panels[1].set_xlabel(scored[0].time_label)
 
 
 def _shade(axes: Axes, evaluation: Evaluation, lost: NDArray[np.bool_], colour: Any) -> None:
     """Shade the time of lost frames."""
-    times = _times(evaluation)
+    times = evaluation.times
     edges = np.concatenate([times[:1], (times[:-1] + times[1:]) / 2, times[-1:]])
     both, where = np.repeat(edges, 2)[1:-1], np.repeat(lost, 2)
     style: dict[str, Any] = {"color": colour, "alpha": 0.15, "linewidth": 0}
@@ -142,11 +141,11 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     first, unit = scored[0], scored[0].settings.form.unit
     poses = first.reference.poses[first.matches.expected_rows]
     coordinates = _coordinates(poses[:, :3, 3], poses[:, :3, :3])
-    drawn = [(first, _times(first), coordinates, {**REFERENCE, "linewidth": 2})]
+    drawn = [(first, first.times, coordinates, {**REFERENCE, "linewidth": 2})]
     for line, one in zip(_lines(scored), scored, strict=True):
         alignment, rotations = one.result.ras.alignment, one.matches.est_poses[:, :3, :3]
         turned = rotations * np.nan if alignment is None else alignment.T @ rotations
-        coordinates = over_expected(one, _coordinates(one.positions, turned), np.nan)
+        coordinates = one.over_expected(_coordinates(one.positions, turned), np.nan)
         drawn.append((one, _pose_times(one), coordinates, line))
     names = f"x [{unit}]", f"y [{unit}]", f"z [{unit}]", "roll [deg]", "pitch [deg]", "yaw [deg]"
     for k, (axes, name) in enumerate(zip(panels.T.flat, names, strict=True)):
@@ -157,7 +156,7 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     panels[0, 0].set_title("positions over time; grey: reference")
     panels[0, 1].set_title("angles over time; grey: reference")
     for axes in panels[2]:
-        axes.set_xlabel(_time_label(first))
+        axes.set_xlabel(first.time_label)
 
 
 def _coordinates(positions: Floats, rotations: Floats) -> Floats:
@@ -220,25 +219,13 @@ def _lines(scored: Sequence[Evaluation]) -> list[dict[str, Any]]:
     return [*named, *[OTHERS] * (len(scored) - NAMED)]
 
 
-def _times(evaluation: Evaluation) -> NDArray[Any]:
-    """Return the times of the expected frames from the reference's start, or their numbers."""
-    keys, rows = evaluation.reference.keys, evaluation.matches.expected_rows
-    return keys[rows] - keys[0] if keys.dtype.kind == "f" else rows
-
-
 def _pose_times(evaluation: Evaluation) -> NDArray[Any]:
     """Return the times of the poses that the expected frames take, NaN where they are lost."""
     keys, rows = evaluation.estimate.keys, evaluation.matches.est_rows
     if keys.dtype.kind != "f":
-        return _times(evaluation)
+        return evaluation.times
     times = np.where(rows < 0, np.nan, keys[rows] - evaluation.reference.keys[0])
-    return over_expected(evaluation, times, np.nan)
-
-
-def _time_label(evaluation: Evaluation) -> str:
-    if evaluation.reference.keys.dtype.kind == "f":
-        return "time [s]"
-    return "frame" if evaluation.settings.form.ordered else "image"
+    return evaluation.over_expected(times, np.nan)
 
 
 def _draw_line(
@@ -252,7 +239,7 @@ def _draw_line(
 ) -> None:
     """Draw values over time, with a break at gaps of the reference and jumps."""
     jumps = np.flatnonzero(np.abs(np.diff(values)) > jump) + 1
-    ends = np.union1d(breaks(_times(evaluation)), jumps)
+    ends = np.union1d(breaks(evaluation.times), jumps)
     points = np.column_stack([times.astype(float), values])
     _draw_path(axes, evaluation, np.insert(points, ends, np.nan, axis=0), line)
 

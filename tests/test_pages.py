@@ -16,11 +16,10 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 import tomllib
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, fields
-from io import BytesIO, StringIO, TextIOWrapper
+from io import StringIO
 from pathlib import Path
 
 import matplotlib
@@ -149,17 +148,11 @@ def run_command(command, snakemake):
 
 def run_alignscores(arguments):
     """Run the command in this process, with its redirections."""
-    out, err, stdin, target = StringIO(), StringIO(), sys.stdin, None
+    out, err, target = StringIO(), StringIO(), None
     if ">" in arguments:
         *arguments, _, target = arguments
-    if "<" in arguments:
-        *arguments, _, source = arguments
-        sys.stdin = TextIOWrapper(BytesIO(Path(source).read_bytes()))
-    try:
-        with redirect_stdout(out), redirect_stderr(err), matplotlib.rc_context({"backend": "agg"}):
-            assert alignscores(arguments) == 0, err.getvalue()
-    finally:
-        sys.stdin = stdin
+    with redirect_stdout(out), redirect_stderr(err), matplotlib.rc_context({"backend": "agg"}):
+        assert alignscores(arguments) == 0, err.getvalue()
     if target:
         Path(target).write_text(out.getvalue())
     return err.getvalue() + out.getvalue()

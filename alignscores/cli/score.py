@@ -57,7 +57,7 @@ def score_parser() -> Parser:
     )
     version = f"alignscores {__version__}"
     parser.add_argument("--version", action="version", version=version, help="show the version")
-    parser.add_argument("files", nargs="+", metavar="REF EST", help="the files; - is stdin")
+    parser.add_argument("files", nargs="+", metavar="REF EST", help="the files")
     parser.add_settings()
     add = parser.groups["output"].add_argument
     add("-v", "--verbose", action="store_true", help="explain the columns of the table")

@@ -237,6 +237,19 @@ class Evaluation:
         return codes.astype(np.uint8)
 
     @property
+    def times(self) -> Floats:
+        """Times of the expected frames from the reference's start in seconds, or their numbers."""
+        keys, rows = self.reference.keys, self.matches.expected_rows
+        return keys[rows] - keys[0] if self.matches.timed else rows.astype(float)
+
+    @property
+    def time_label(self) -> str:
+        """What `times` are, as an axis names them."""
+        return (
+            "time [s]" if self.matches.timed else "frame" if self.settings.form.ordered else "image"
+        )
+
+    @property
     def row(self) -> dict[str, str]:
         """Its row in the table of the command: texts by the headers of the columns."""
         unit = self.settings.form.unit
@@ -253,6 +266,13 @@ class Evaluation:
             **{name: _text(error, ".3g") for name, error in errors.items()},
             "tracked": f"{1 - self.lost:.1%}",
         }
+
+    def over_expected(self, values: NDArray[Any], of_lost: float) -> NDArray[Any]:
+        """Return values of scored frames for all expected ones; those left out have `of_lost`."""
+        rows = self.matches.expected_rows
+        all_rows = np.full((len(rows), *values.shape[1:]), of_lost, values.dtype)
+        all_rows[np.isin(rows, self.matches.gt_rows)] = values
+        return all_rows
 
     def value(self, name: str) -> float | None:
         """Return a score, or one of the metrics in the settings; None where it has no value.

@@ -9,15 +9,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Floats
+from ..trajectories.timeline import breaks
 from .document import data_element
 
-__all__ = ["LEGEND", "Axis", "band", "breaks", "chart", "colour", "curve", "drawing", "error_axis"]
+__all__ = ["LEGEND", "Axis", "band", "chart", "colour", "curve", "drawing", "error_axis"]
 __all__ += ["flat", "key", "plot", "rect", "stretches", "upright"]
 
 SIZE = 1000  # units of a drawing
@@ -161,12 +161,6 @@ def key(names: Sequence[str]) -> str:
         for index, name in enumerate(names)
     )
     return f'<ul class="key">{items}</ul>'
-
-
-def breaks(times: NDArray[Any]) -> NDArray[np.intp]:
-    """Return where frames follow a gap of the reference, in which nothing is expected."""
-    steps = np.diff(times)
-    return np.flatnonzero(steps > 3 * np.median(steps)) + 1 if len(steps) else steps.astype(np.intp)
 
 
 def band(x: Axis, times: Floats, errors: Sequence[Floats], limits: Sequence[float]) -> str:

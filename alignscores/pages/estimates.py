@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import Floats
 from ..comparison.tables import Cell, Table, as_html
@@ -17,11 +16,12 @@ from ..evaluation.notes import collected_warnings
 from ..histogram import AlignmentScore
 from ..profile import ScoreProfile, tas_profile
 from ..texts import printable
+from ..trajectories.timeline import breaks
 from ..version import __version__
-from .charts import LEGEND, Axis, band, breaks, chart, curve, error_axis, flat, key, plot, upright
+from .charts import LEGEND, Axis, band, chart, curve, error_axis, flat, key, plot, upright
 from .document import data_element, document, packed, source
 
-__all__ = ["over_expected", "page"]
+__all__ = ["page"]
 
 # Dark to light, so that the order survives greyscale and colour blindness.
 RAMP = ["#000004", "#180c3c", "#440a68", "#6d186e", "#972766", "#c03a51", "#e15635", "#f67e14"]
@@ -44,7 +44,7 @@ class Kind:
 
     def errors(self, evaluation: Evaluation) -> Floats:
         """Return the errors of all expected frames, infinite where there is no pose."""
-        return over_expected(evaluation, self.result(evaluation).errors, np.inf)
+        return evaluation.over_expected(self.result(evaluation).errors, np.inf)
 
     @property
     def thresholds(self) -> Floats:
@@ -123,12 +123,8 @@ def _colours(kinds: Sequence[Kind], *, by_estimate: bool) -> str:
 
 def _errors_over_time(scored: Sequence[Evaluation], kinds: Sequence[Kind]) -> str:
     """Draw the errors of all estimates, and a band for each."""
-    first, ordered = scored[0], scored[0].settings.form.ordered
-    keys, rows = first.reference.keys, first.matches.expected_rows
-    timed = keys.dtype.kind == "f"
-    times = keys[rows] - keys[0] if timed else rows.astype(float)
-    label = "time [s]" if timed else "frame" if ordered else "image"
-    x = Axis(times[0], max(times[-1], times[0] + 1e-3), label)
+    first, ordered, times = scored[0], scored[0].settings.form.ordered, scored[0].times
+    x = Axis(times[0], max(times[-1], times[0] + 1e-3), first.time_label)
     after = breaks(times)
     places = x(np.insert(times, after, np.nan))
     drawings = []
@@ -142,7 +138,9 @@ def _errors_over_time(scored: Sequence[Evaluation], kinds: Sequence[Kind]) -> st
     limits = [kind.limit for kind in kinds]
     for one in scored:
         drawings.append((one.name, band(x, times, [kind.errors(one) for kind in kinds], limits)))
-    frames = [f"{t:.2f} s" for t in times] if timed else [printable(str(k)) for k in keys[rows]]
+    names = first.reference.keys[first.matches.expected_rows].tolist()
+    timed = first.matches.timed
+    frames = [f"{t:.2f} s" for t in times] if timed else [printable(str(name)) for name in names]
     said = [_errors_in_words(index, one, kinds) for index, one in enumerate(scored)]
     return chart(x, drawings, "Errors over time", (times, _texts(frames, said)))
 
@@ -214,7 +212,7 @@ def _scene(scored: Sequence[Evaluation], kinds: Sequence[Kind]) -> dict[str, Any
     thin = int(np.argmin(high - low))
     axes = [axis for axis in range(3) if axis != thin] + [thin]
     signs = [1, 1, -1 if thin == 1 else 1]  # a right-handed frame
-    paths = [reference, *(over_expected(one, one.positions, np.nan) for one in scored)]
+    paths = [reference, *(one.over_expected(one.positions, np.nan) for one in scored)]
     return {
         "ordered": first.settings.form.ordered,
         "size": (high - low)[axes[:2]].tolist(),
@@ -228,11 +226,3 @@ def _scene(scored: Sequence[Evaluation], kinds: Sequence[Kind]) -> dict[str, Any
             for kind in kinds
         },
     }
-
-
-def over_expected(evaluation: Evaluation, values: NDArray[Any], of_lost: float) -> NDArray[Any]:
-    """Return values of scored frames for all expected ones; those left out have `of_lost`."""
-    rows = evaluation.matches.expected_rows
-    all_rows = np.full((len(rows), *values.shape[1:]), of_lost, values.dtype)
-    all_rows[np.isin(rows, evaluation.matches.gt_rows)] = values
-    return all_rows

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from .files import STDIN, FileError, FilePath
+from .files import FileError, FilePath
 from .files.matrices import files_of_matrices
 from .files.tables import open_table
 from .files.text import numbered_lines
@@ -18,8 +18,6 @@ def recognise(path: FilePath, columns: str | None = None) -> str:
 
     `columns` names the columns of a text table.
     """
-    if path == STDIN:
-        raise FileError(path, f"the format of stdin is unknown; {NAME_IT}")
     file = Path(path)
     if file.is_dir():
         if (file / "metadata.yaml").is_file():

@@ -11,7 +11,14 @@ from ..arrays import Booleans, Floats, Indices
 from ..averaging import angles_and_axes, rotation_angles, rotations_from_quaternions
 from .files import Trajectory
 
-__all__ = ["covered_frames", "nearest_stamps", "reference_at", "reference_gap", "sampled_rows"]
+__all__ = [
+    "breaks",
+    "covered_frames",
+    "nearest_stamps",
+    "reference_at",
+    "reference_gap",
+    "sampled_rows",
+]
 
 ROUNDING = 1e-6  # seconds, of time stamps
 STILL_DEG = 10.0  # degrees; the largest threshold of the RAS, as d is of the TAS
@@ -26,6 +33,12 @@ def sampled_rows(stamps: Floats, rate: float) -> Indices:
     order = np.lexsort((np.abs(elapsed - steps), steps))
     _, first = np.unique(steps[order], return_index=True)
     return np.asarray(order[first])
+
+
+def breaks(times: Floats) -> Indices:
+    """Return where frames follow a gap of the reference, in which nothing is expected."""
+    steps = np.diff(times)
+    return np.flatnonzero(steps > 3 * np.median(steps)) + 1 if len(steps) else steps.astype(np.intp)
 
 
 def reference_gap(stamps: Floats, rate: float) -> float:

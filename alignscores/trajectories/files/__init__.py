@@ -1,10 +1,8 @@
 """Readers of trajectory files: a module for each format.
 
 Every reader returns a `Trajectory`, a pair ``keys, poses`` with camera-to-world poses. Poses that
-are not finite are cameras that were not estimated; of a reference, nothing is expected there. Text
-files may be compressed, with a name
-that ends in ``.gz``, and ``-`` is stdin. Whatever is wrong with a file is a `FileError` that names
-file, line and reason.
+are not finite are cameras that were not estimated; of a reference, nothing is expected there.
+Whatever is wrong with a file is a `FileError` that names file, line and reason.
 """
 
 from .arrays import read_arrays
@@ -17,12 +15,11 @@ from .matrices import read_matrices
 from .nerf import read_nerf
 from .poses import Trajectory, TrajectoryWarning, inverse_poses
 from .tables import read_stamps
-from .text import FAILURES, STDIN, FileError, FilePath
+from .text import FAILURES, FileError, FilePath
 from .tum import read_tum
 
 __all__ = [
     "FAILURES",
-    "STDIN",
     "FileError",
     "FilePath",
     "Trajectory",

@@ -1,31 +1,20 @@
-"""Files of text and bytes, also compressed or from stdin, and what is wrong with them."""
+"""Files of text and bytes, and what is wrong with them."""
 
-import gzip
-import os
-import sys
-import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from io import BytesIO, StringIO
+from io import StringIO
 from math import isfinite
 from os import PathLike
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
 from ...arrays import Booleans
 
-__all__ = ["FAILURES", "STDIN", "FileError"]
+__all__ = ["FAILURES", "FileError"]
 
 FilePath = str | PathLike[str]
 Lines = Iterator[tuple[int, str]]  # lines with their numbers, from 1
-
-STDIN = "-"
-GZIP = b"\x1f\x8b"  # the first bytes
-LIMIT = "ALIGNSCORES_MAX_MB"  # the variable of the environment that raises the bound
-MOST_MB = 256
-BYTES = 1 << 20  # that are read at a time
 
 
 class FileError(ValueError):
@@ -73,40 +62,15 @@ class Source:
 
 
 def read_bytes(path: FilePath) -> bytes:
-    """Return the content of a file, which may be compressed or stdin, if it is not too large."""
+    """Return the content of a file."""
     try:
-        if str(path) == STDIN:
-            if sys.stdin is None:
-                raise FileError(path, "standard input is closed")
-            data = _read(path, sys.stdin.buffer)
-        else:
-            with Path(path).open("rb") as file:
-                data = _read(path, file)
-        if data.startswith(GZIP) or str(path).endswith(".gz"):
-            data = _read(path, gzip.GzipFile(fileobj=BytesIO(data)))
-    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        raise FileError(path, f"is not a complete gzip file ({error})") from None
+        return Path(path).read_bytes()
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror})") from None
-    return data
-
-
-def _read(path: FilePath, stream: BinaryIO | gzip.GzipFile) -> bytes:
-    """Return what a stream holds; refuse one that is too large, or has no end."""
-    megabytes = os.environ.get(LIMIT) or str(MOST_MB)
-    if not (is_number(megabytes) and float(megabytes) > 0):
-        raise ValueError(f"{LIMIT} must be a number of MB above 0, not {megabytes[:40]!r}")
-    content = BytesIO()
-    while block := stream.read(BYTES):
-        content.write(block)
-        if content.tell() > float(megabytes) * 10**6:
-            reason = f"has more than {megabytes} MB; set {LIMIT} higher to read it"
-            raise FileError(path, reason)
-    return content.getvalue()
 
 
 def read_text(path: FilePath) -> str:
-    """Return the text of a file, which may be compressed or stdin."""
+    """Return the text of a file."""
     try:
         return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:

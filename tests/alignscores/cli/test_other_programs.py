@@ -177,7 +177,6 @@ def test_the_format_is_recognised(run, form):
     [
         (("tum/reference.txt", "none.txt"), "none.txt: cannot be read (No such file or directory)"),
         (("none.txt", "tum/estimate.txt"), "none.txt: cannot be read (No such file or directory)"),
-        (("tum/reference.txt", "-"), "-: the format of stdin is unknown; name"),
         (
             (".", "tum/estimate.txt"),
             ".: is a folder with no COLMAP model, bag or matrices in .txt files; name",

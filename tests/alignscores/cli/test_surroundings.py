@@ -52,14 +52,6 @@ def test_nobody_reads_stdout(shell, arguments):
     assert (done.returncode, done.stderr) == (1, "")
 
 
-def test_stdin_is_closed(shell):
-    done = shell("tum tum/reference.txt -", "<&-")
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "alignscores: error: -: standard input is closed\n"
-    assert shell(TUM, "<&-").returncode == 0
-    assert shell(COMPARE, "<&-").returncode == 0
-
-
 def test_there_is_no_home(process):
     """Nor an entry of the user among the passwords, as in containers."""
     no_home = "import os, pwd; del os.environ['HOME']; pwd.getpwuid = {}.__getitem__"

@@ -61,16 +61,6 @@ def test_expected_frames(run, score, tum, write):
     assert "no expected frame has a reference" in run(*files, "--frames", write(ns, "ns.csv"))[2]
 
 
-@pytest.mark.parametrize("form", ["tum", "euroc", "kitti", "nerf"])
-def test_an_estimate_from_stdin(score, examples, monkeypatch, form):
-    """A reader looks at it once."""
-    reference, estimate = sorted((examples / form).iterdir(), key=lambda path: "est" in path.name)
-    with estimate.open() as stream:
-        monkeypatch.setattr("sys.stdin", stream)
-        (result,) = score(form, reference, "-")
-    assert result["PAS"] == score(form, reference, estimate)[0]["PAS"]
-
-
 def test_invert(score, run, kitti, examples):
     (honest,) = score(*KITTI)
     path = kitti(inverse_poses(read_kitti(examples / KITTI[2]).poses))

@@ -3,7 +3,6 @@
 Files that are wrong in some way are in cli/test_wrong_input.py, hostile ones in test_bounds.py.
 """
 
-import gzip
 import json
 import shutil
 
@@ -139,18 +138,6 @@ def test_harmless_differences(write, content):
     np.testing.assert_array_equal(stamps, [0, 1])
     np.testing.assert_array_equal(poses[:, :3, 3], [[1, 2, 3], [4, 5, 6]])
     np.testing.assert_array_equal(poses[:, :3, :3], [np.eye(3), np.diag([1, -1, -1])])
-
-
-def test_compressed_files(examples, write, tmp_path):
-    content = (examples / "euroc/data.csv").read_bytes()
-    path = write(gzip.compress(content), "data.csv.gz")
-    for read, poses in zip(read_euroc(path), read_euroc(examples / "euroc/data.csv"), strict=True):
-        np.testing.assert_array_equal(read, poses)
-    for broken in (content, gzip.compress(content)[:-20], gzip.compress(content)[:40] + b"x" * 90):
-        with pytest.raises(FileError, match=r"data.csv.gz: is not a complete gzip file \("):
-            read_euroc(write(broken, "data.csv.gz"))
-    with pytest.raises(FileError, match=r"cannot be read .No such file"):
-        read_tum(tmp_path / "none.gz")
 
 
 def test_what_is_known_of_a_pose_is_kept(write):
