@@ -19,7 +19,7 @@ def file_of(folder: Path, settings: Mapping[str, Any], paths: Iterable[str]) -> 
 
 
 def _content_hash(path: str) -> str:
-    """Return the hash of a file, or of the files in a COLMAP model or a folder of models."""
+    """Return the hash of a file, or of the files in a folder."""
     digest = hashlib.sha256()
     for file in files_below(path):
         name = file.suffix if file == Path(path) else file.relative_to(path).as_posix()

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..evaluation.evaluation import LOST, finite_or_none
 from ..evaluation.notes import collected_warnings, ends_notes, why
-from ..evaluation.settings import Settings
+from ..evaluation.settings import Settings, changed
 from ..metrics import metric
 from ..parallel import run_parallel
 from ..texts import alike, first_few, printable
@@ -239,7 +239,7 @@ def compare(
     >>> compare(f"{folder}/reference.txt", runs)
     Comparison(systems=2, sequences=1, runs=4, failed=0, registration='refined')
     """
-    settings = replace(settings or Settings(), **changes)
+    settings = changed(settings or Settings(), changes)
     benchmark = find_benchmark(str(references), estimates, settings, expect_all)
     folder = None if cache is None else Path(cache)
     return compare_runs(benchmark, settings, paired=paired, jobs=jobs, cache=folder)

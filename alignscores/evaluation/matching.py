@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 from ..trajectories.files import Trajectory, read_stamps
-from ..trajectories.files.stamps import time_unit
 from ..trajectories.timeline import (
     covered_frames,
     nearest_stamps,
@@ -28,7 +27,7 @@ from ..validation import finite_rows
 from .reading import KEY_KINDS, first_rows, warn
 from .settings import Settings
 
-__all__ = ["Matches", "check_scorable", "match", "poses_of_rows", "unit_hint", "with_time_offset"]
+__all__ = ["Matches", "check_scorable", "match", "poses_of_rows", "with_time_offset"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,13 +104,12 @@ def check_scorable(
     """Raise a ValueError that says what to do where poses are too few, or d is undefined."""
     n_scored = matches.n_poses if settings.missing == "ignore" else len(matches.keys)
     if n_scored < min(4, len(reference.keys)):
-        options, hint = f"--missing {settings.missing}", ""
+        options = f"--missing {settings.missing}"
         if matches.timed:
             options += f", --t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g}"
-            hint = unit_hint(reference.keys, estimate.keys)
         raise ValueError(
             f"only {matches.n_poses} of {len(estimate.keys)} poses could be matched to the "
-            f"reference, and it takes 4 ({options}){hint}"
+            f"reference, and it takes 4 ({options})"
         )
     if np.isnan(matches.unit):
         n = len(matches.expected_rows)
@@ -136,7 +134,6 @@ def with_time_offset(
     elif estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
         raise ValueError(
             "no time offset makes its motions fit the reference's; --t_offset X sets one"
-            f"{unit_hint(reference.keys, estimate.keys)}"
         )
     else:
         seconds = 0.0
@@ -146,14 +143,6 @@ def with_time_offset(
 def poses_of_rows(estimate: Trajectory, rows: Indices) -> Floats:
     """Return the poses of an estimate in some rows; NaN for a row of -1."""
     return np.where((rows >= 0)[:, None, None], estimate.poses[rows], np.nan)
-
-
-def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -> str:
-    """Return the end of a message, which says whose stamps are not in seconds, if any are not."""
-    for name, stamps in (("reference", ref_stamps), (whose, est_stamps)):
-        if (unit := time_unit(stamps)) != "seconds":
-            return f"; the stamps of the {name} seem to be in {unit}: write them in seconds"
-    return ""
 
 
 def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
@@ -226,7 +215,7 @@ def _rows_of_frames(ref_stamps: Floats, settings: Settings) -> tuple[Indices, Fl
         raise ValueError(
             f"no expected frame has a reference pose: the frames go from {stamps[0]:.6f} to "
             f"{stamps[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
-            f"(t_max_diff {settings.t_max_diff:g} s){unit_hint(ref_stamps, stamps, 'frames')}"
+            f"(t_max_diff {settings.t_max_diff:g} s)"
         )
     return np.unique(nearest[near]), stamps[~near]
 
@@ -256,11 +245,9 @@ def _unit(poses: Floats, settings: Settings) -> float:
 
 def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float) -> ValueError:
     """Return the error of an estimate without a pose near one of the reference."""
-    hint = unit_hint(ref_stamps, est_stamps)
     inside = est_stamps[(est_stamps >= ref_stamps[0]) & (est_stamps <= ref_stamps[-1])]
-    if not hint and not len(inside):
-        hint = "; if their clocks differ, --t_offset auto finds the offset"
-    elif not hint:
+    hint = "; if their clocks differ, --t_offset auto finds the offset"
+    if len(inside):
         distance = float(np.median(nearest_stamps(ref_stamps, inside)[1]))
         hint = (
             f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves the "

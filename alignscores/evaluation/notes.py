@@ -14,7 +14,6 @@ from ..trajectories.files import TrajectoryWarning
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .evaluation import Evaluation, Note
-from .matching import unit_hint
 from .settings import Settings
 
 __all__ = [
@@ -83,8 +82,7 @@ def unmatched(evaluation: Evaluation) -> Note | None:
     if matches.unmatched <= (len(keys) / 10 if matches.timed else 0):
         return None
     if matches.timed:
-        hint = unit_hint(evaluation.reference.keys, keys)
-        where = f"poses have no reference pose near them in time{hint}"
+        where = "poses have no reference pose near them in time"
     else:
         where = "images are not in the reference; left out"
         if matches.matched == len(matches.expected_rows):

@@ -120,29 +120,13 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
     return truth
 
 
-def read_estimate(
-    reference: Trajectory, estimate: FilePath | Trajectory, settings: Settings
-) -> Trajectory:
-    """Return an estimate, camera-to-world; of several models in a folder the largest one.
-
-    A model with the poses of the reference is the reference itself.
-    """
-    form = settings.est_form
-    if isinstance(estimate, Trajectory):
-        poses = estimate
-    elif form.read_parts:
-        models = form.read_parts(estimate)
-        others = [
-            name for name, one in models.items() if not np.array_equal(one.poses, reference.poses)
-        ]
-        name = max(others or models, key=lambda name: len(models[name].keys))
-        poses = models[name]
-        if len(models) > 1:
-            largest = "the largest" if len(others) in (0, len(models)) else "not the reference"
-            warn(f"{estimate}: has {len(models)} models; {name}, {largest}, is scored")
-    else:
-        options = form.options(settings.est_topic, settings.est_columns or settings.columns)
-        poses = _checked(form.read(estimate, **options), "estimate")
+def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajectory:
+    """Return an estimate, camera-to-world."""
+    poses = estimate
+    if not isinstance(poses, Trajectory):
+        columns = settings.est_columns or settings.columns
+        options = settings.est_form.options(settings.est_topic, columns)
+        poses = _checked(settings.est_form.read(poses, **options), "estimate")
     for option in ("invert", "lever_arm"):
         if getattr(settings, option) and not poses.has_rotations:
             raise ValueError(f"--{option} needs rotations, which the estimate lacks")

@@ -103,7 +103,7 @@ def score(
     With `check` the notes look for mistakes of convention and clock, which takes most of the time.
     """
     with collected_warnings() as of_file:  # these name the file
-        poses = read_estimate(reference, estimate, settings)
+        poses = read_estimate(estimate, settings)
     has_rotations = reference.has_rotations and poses.has_rotations
     notes = [Note("file", text) for text in of_file]
     if reference.has_rotations and not has_rotations:

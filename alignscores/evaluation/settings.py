@@ -1,7 +1,7 @@
 """The settings of an evaluation: their names, defaults, bounds and help stand here alone."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from difflib import get_close_matches
@@ -20,7 +20,7 @@ from ..texts import brief, printable
 from ..trajectories.files import FilePath, parse_columns
 from ..trajectories.formats import FORMATS, Format
 
-__all__ = ["Option", "Settings", "changed", "options", "order_problem"]
+__all__ = ["Option", "Settings", "changed", "options"]
 
 MATCHING, SCORING = "matching", "scoring"  # groups in the help
 
@@ -330,8 +330,11 @@ class Settings:
                 raise ValueError(f"{name} is of text tables, which {self.format} files are not")
         if self.form.ordered != self.est_form.ordered:
             raise ValueError(f"{self.est_format} estimates cannot be matched to {self.format}")
-        if wrong := order_problem(self.metrics, self.form):
-            raise ValueError(wrong)
+        for name in self.metrics:
+            if metric(name).family.ordered and not self.form.ordered:
+                raise ValueError(f"{name} needs the order of time, but images are matched by name")
+            if metric(name).timed and not self.form.timed:
+                raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
 
     @property
     def seeds(self) -> range:
@@ -373,16 +376,6 @@ class Settings:
     def est_form(self) -> Format:
         """The format of the estimates."""
         return FORMATS[self.est_format] if self.est_format else self.form
-
-
-def order_problem(metrics: Sequence[str], form: Format) -> str:
-    """Return which metric needs an order of the cameras, or stamps, that the format lacks."""
-    for name in metrics:
-        if metric(name).family.ordered and not form.ordered:
-            return f"{name} needs cameras in the order of time, but images are matched by name"
-        if metric(name).timed and not form.timed:
-            return f"{name} needs time stamps, which the files lack"
-    return ""
 
 
 def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:

@@ -20,7 +20,6 @@ class Format:
     topics: bool = False  # whether a file may hold several trajectories, by topic
     tables: bool = False  # whether it is a text table, whose columns can be named
     ordered: bool = True  # whether poses come in the order of time
-    read_parts: Callable[..., dict[str, files.Trajectory]] | None = None  # of an estimate
 
     def options(self, topic: str | None, columns: str | None) -> dict[str, str | None]:
         """Return the options that the reader takes."""
@@ -46,11 +45,10 @@ FORMATS = {
         tables=True,
     ),
     "colmap": Format(
-        "folders of COLMAP models, matched by image name; an estimate may be a folder of several",
+        "folders of COLMAP models, such as sparse/0, matched by image name",
         files.read_colmap,
         unit="units",
         ordered=False,
-        read_parts=files.read_colmap_parts,
     ),
     "matrices": Format(
         "folders with one 4x4 matrix per file (7-Scenes, ScanNet), matched by number in the name",

@@ -92,7 +92,7 @@ def score_sequence(benchmark: Benchmark, sequence: str, *, more: str = "") -> pd
         estimates = {}
         for run in runs:
             try:
-                estimates[run] = read_estimate(reference, str(run.file), settings[run])
+                estimates[run] = read_estimate(str(run.file), settings[run])
             except ValueError as error:
                 print(f"{sequence}, {run.system}, run {run.run}: left out: {error}", flush=True)
         offsets = clock_offsets(reference, estimates)

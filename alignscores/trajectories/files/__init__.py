@@ -7,7 +7,7 @@ Whatever is wrong with a file is a `FileError` that names file, line and reason.
 
 from .arrays import read_arrays
 from .bags import read_bag
-from .colmap import read_colmap, read_colmap_parts
+from .colmap import read_colmap
 from .columns import parse_columns
 from .euroc import read_euroc
 from .kitti import read_kitti
@@ -29,7 +29,6 @@ __all__ = [
     "read_arrays",
     "read_bag",
     "read_colmap",
-    "read_colmap_parts",
     "read_euroc",
     "read_kitti",
     "read_matrices",

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ...texts import first_few
 from .poses import Trajectory, poses_from_matrices
+from .stamps import in_seconds
 from .text import FileError, FilePath, Source, read_bytes
 
 __all__ = ["read_arrays"]
@@ -67,9 +68,11 @@ def read_arrays(path: FilePath) -> Trajectory:
             path, f"has {len(times)} arrays of {len(matrices)} numbers; leave the stamps"
         )
     poses = poses_from_matrices(matrices, source)
-    keys = times[0].astype(np.float64) if times else np.arange(len(poses))
-    source.refuse(~np.isfinite(keys), "the time stamp is not finite")
-    return Trajectory(keys, poses)
+    if not times:
+        return Trajectory(np.arange(len(poses)), poses)
+    stamps = times[0].astype(np.float64)
+    source.refuse(~np.isfinite(stamps), "the time stamp is not finite")
+    return Trajectory(in_seconds(path, {"t": stamps}), poses)
 
 
 def _arrays(path: FilePath, content: bytes) -> dict[str, NDArray[Any]]:

@@ -11,7 +11,7 @@ from ...averaging import rotations_from_quaternions
 from .poses import Trajectory, inverse_poses, poses_from_matrices
 from .text import FileError, FilePath, Source, is_number, numbered_lines
 
-__all__ = ["is_model", "read_colmap", "read_colmap_parts"]
+__all__ = ["is_model", "read_colmap"]
 
 Images = list[tuple[str, tuple[float, ...]]]  # names, and qw qx qy qz tx ty tz
 
@@ -57,39 +57,6 @@ def read_colmap(path: Any) -> Trajectory:
     return _trajectory("the Reconstruction", images)
 
 
-def read_colmap_parts(path: FilePath) -> dict[str, Trajectory]:
-    """Read a COLMAP model, or all models in a folder that is none itself, as ``sparse/`` is.
-
-    Parameters
-    ----------
-    path : path
-        The folder of a model, or of models.
-
-    Returns
-    -------
-    dict
-        Name of each sub-folder with a model, by its number -> its trajectory, as of `read_colmap`.
-        Each has its own coordinate frame. The name of ``path`` itself where it is a model.
-
-    Raises
-    ------
-    FileError
-        As in `read_colmap`.
-
-    Examples
-    --------
-    >>> from alignscores.trajectories.files import read_colmap_parts
-    >>> list(read_colmap_parts("tests/data/colmap"))
-    ['estimate', 'reference']
-    """
-    folder = Path(path)
-    folders = {file.parent for file in folder.glob("*/images.*")}
-    if not folders or list(folder.glob("images.*")):
-        folders = {folder}
-    in_order = sorted(folders, key=lambda each: (len(each.name), each.name))
-    return {each.name: _read(each) for each in in_order}
-
-
 def is_model(model: object) -> bool:
     """Return whether something is a COLMAP model in memory, without importing pycolmap."""
     return type(model).__module__.partition(".")[0] == "pycolmap"
@@ -101,6 +68,9 @@ def _read(folder: Path) -> Trajectory:
         return _trajectory(folder, _images_of_binary(folder / "images.bin"))
     if (folder / "images.txt").is_file():
         return _trajectory(folder, _images_of_text(folder / "images.txt"))
+    if models := sorted({file.parent.name for file in folder.glob("*/images.*")}):
+        example = folder / models[0]
+        raise FileError(folder, f"holds {len(models)} models; name one, such as {example}")
     reason = "is not a folder with a COLMAP model, as sparse/0 is"
     raise FileError(folder, f"{reason}: it has no images.bin or images.txt")
 

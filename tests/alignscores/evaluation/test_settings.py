@@ -62,8 +62,8 @@ def test_what_needs_time_stamps_is_refused_without(form, changes):
     ("changes", "message"),
     [
         ({"format": "tum", "ref_topic": "/gt"}, "ref_topic is of bags, and tum files have no"),
-        ({"format": "nerf", "metrics": "TAS,rpe@1m"}, "rpe@1m needs cameras in the order of time"),
-        ({"format": "kitti", "metrics": "rpe@1s"}, "rpe@1s needs time stamps, which the files"),
+        ({"format": "nerf", "metrics": "TAS,rpe@1m"}, "rpe@1m needs the order of time"),
+        ({"format": "kitti", "metrics": "rpe@1s"}, "rpe@1s needs time stamps, which"),
         ({"alignment": "rigid", "up": "y"}, "up is used by alignment=yaw alone: set that, too, or"),
         ({"missing": "ignore", "frames": "f"}, "frames without a pose fail"),
         ({"t_offset": "auto", "frames": "f"}, "frames need t_offset in seconds: auto would"),

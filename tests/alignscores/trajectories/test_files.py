@@ -17,7 +17,6 @@ from alignscores.trajectories.files import (
     TrajectoryWarning,
     read_arrays,
     read_colmap,
-    read_colmap_parts,
     read_euroc,
     read_kitti,
     read_matrices,
@@ -66,12 +65,6 @@ def test_colmap_binary_and_text_are_the_same(examples, tmp_path):
     binary, text = read_colmap(examples / "colmap/estimate"), read_colmap(tmp_path)
     np.testing.assert_array_equal(binary.keys, text.keys)
     np.testing.assert_allclose(binary.poses, text.poses, rtol=0, atol=1e-12)
-
-
-def test_models_of_a_folder_are_in_the_order_of_their_numbers(examples, tmp_path):
-    for name in ("10", "9", "b"):
-        shutil.copytree(examples / "colmap/reference", tmp_path / name)
-    assert list(read_colmap_parts(tmp_path)) == ["9", "b", "10"]
 
 
 def test_of_a_model_only_the_images_are_needed(examples, tmp_path):
