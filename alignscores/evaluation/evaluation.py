@@ -23,6 +23,7 @@ from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..trajectories.lever import LeverArm
 from ..validation import finite_rows
+from ..writing import write_whole
 from .matching import Matches
 from .perfect import simulated_scores
 from .settings import Settings
@@ -419,7 +420,7 @@ class Evaluation:
         """
         from ..pages.estimates import page
 
-        Path(path).write_text(page([self]), encoding="utf-8")
+        write_whole(Path(path), page([self]).encode())
 
 
 def finite_or_none(value: float | None) -> float | None:
