@@ -99,8 +99,6 @@ def metric(name: str) -> Metric:
 def header(name: str, length: str) -> str:
     """Return a metric as it heads a column, in short, with its unit; `length` is a position's."""
     entry = metric(name)
-    if entry.family not in SCORES or not entry.family.unit:
-        return entry.name
-    unit = length if entry.family.unit == "units" else entry.family.unit
+    unit = entry.family.unit.replace("units", length)
     short = entry.name.partition("_")[0]
     return f"{short} [{unit}]" if unit else short

@@ -92,6 +92,8 @@ def run(argv: Sequence[str]) -> int:
     parser = compare_parser()
     arguments = parser.parse(argv)
     settings = parser.settings(arguments)
+    if arguments.markdown == STDOUT and arguments.show != "text":
+        parser.error(f"--markdown - and --{arguments.show} both print")
     gate = _gate(parser, arguments, [*COLUMNS, *settings.metrics])
     benchmark = _benchmark(parser, arguments, settings)
     if arguments.dry_run:

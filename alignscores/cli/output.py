@@ -68,7 +68,7 @@ def show_table(results: Results, *, verbose: bool) -> None:
     if not settings.metrics and (scale := scale_note(scales, settings)):
         print(scale)
     if verbose and not settings.metrics:
-        print(f"\n{LEGEND.format(degrees=settings.max_threshold_deg)}")
+        print(f"\n{LEGEND.format(**vars(settings))}")
 
 
 def conditions(scored: Sequence[Evaluation]) -> str:
@@ -77,9 +77,9 @@ def conditions(scored: Sequence[Evaluation]) -> str:
     frames = f"{len(first.matches.expected_rows)} {'frames' if settings.form.ordered else 'images'}"
     if settings.frames is not None:
         frames += " that were given"
-    elif settings.form.timed:
+    elif first.matches.timed:
         frames += " of the reference" if settings.rate == "all" else f" at {settings.rate:g} Hz"
-    if settings.form.timed:
+    if first.matches.timed:
         gaps = f"gaps up to {settings.max_gap:g} s and standstill covered"
         frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
     if settings.missing == "ignore":
@@ -92,19 +92,22 @@ def conditions(scored: Sequence[Evaluation]) -> str:
         first_seed, *others = settings.seeds
         mean = f", mean over seeds {first_seed} to {others[-1]}" if others else ""
         aligned += f" ({settings.registration}{mean})"
-    unit = f"TAS up to d = {first.result.tas.unit:.3g} {settings.form.unit}"
+    times_d = "d" if settings.max_threshold == 1 else f"{settings.max_threshold:g} d"
+    largest = settings.max_threshold * first.result.tas.unit
+    unit = f"TAS up to {times_d} = {largest:.3g} {settings.form.unit}"
     half = [] if settings.metrics else ["half: threshold at score 0.5"]
     return "; ".join([aligned, frames, unit, *half])
 
 
-def print_notes(results: Results) -> None:
-    """Print the notes on all and on each estimate, a line for those that are alike."""
+def print_notes(results: Results, *, verbose: bool) -> None:
+    """Print the notes; without `verbose` a line for those on estimates that are alike."""
     notes = [
         ("" if note.kind == "file" else evaluation.name, str(note))  # which names the file itself
         for evaluation in results.scored
         for note in evaluation.notes
     ]
-    for line in [*results.notes, *alike(notes)]:
+    shown = [f"{name}: {note}" if name else note for name, note in notes]
+    for line in [*results.notes, *(shown if verbose else alike(notes))]:
         print_note(line)
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..evaluation.notes import collected_warnings, reference_notes
-from ..evaluation.reading import read_reference, with_format
+from ..evaluation.reading import format_of, read_reference
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..texts import unique_names
@@ -88,9 +88,9 @@ def run(argv: Sequence[str]) -> int:
         raise ValueError("--plot has no display to show anything on; --save_plot FILE.png saves it")
 
     results = Results(settings, reference)
-    _score(results, dict(zip(names, estimates, strict=True)))
+    _score(results, dict(zip(names, estimates, strict=True)), is_open=not arguments.format)
     save(written, results, arguments.plot_mode)
-    print_notes(results)
+    print_notes(results, verbose=arguments.verbose)
     if arguments.json:  # printed last: the reader may close the pipe, which ends the program
         print(results.json())
     elif results.scored:
@@ -112,15 +112,16 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
     reference, *estimates = files
     if not (arguments.format or Path(reference).suffix or Path(reference).exists()):
         parser.error(f"{reference!r} is neither a file nor a format ({', '.join(FORMATS)})")
-    settings = with_format(parser.settings(arguments), reference, *estimates)
+    settings = parser.settings(arguments)
     if not arguments.format:
-        other = f"; of the estimates: {settings.est_format}" if settings.est_format else ""
-        print_note(f"detected format: {settings.format}{other}")
+        columns = settings.ref_columns or settings.columns
+        settings = replace(settings, format=format_of(reference, columns))
+        print_note(f"detected format: {settings.format}")
     return reference, estimates, settings
 
 
-def _score(results: Results, estimates: dict[str, str]) -> None:
-    """Score all estimates, by name."""
+def _score(results: Results, estimates: dict[str, str], *, is_open: bool) -> None:
+    """Score all estimates, by name; each has a format of its own where this is open."""
     settings, file = results.settings, results.reference
     try:
         with collected_warnings() as results.notes:
@@ -134,8 +135,14 @@ def _score(results: Results, estimates: dict[str, str]) -> None:
     for number, (name, file) in enumerate(estimates.items(), 1):
         show_progress(f"{number}/{len(estimates)} {name} " if len(estimates) > 1 else "")
         try:
+            if is_open and results.settings.est_format is None:
+                est_format = format_of(file, settings.est_columns or settings.columns)
+                settings = replace(settings, est_format=est_format)
             results.scored.append(score(reference, file, settings, name=name))
         except FAILURES as error:
             results.fail(file, error)
     show_progress("")
+    if results.scored:  # as JSON names it
+        first = results.scored[0].settings
+        results.settings = replace(results.settings, est_format=first.est_format)
     results.notes += map(str, reference_notes(results.scored))

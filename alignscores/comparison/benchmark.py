@@ -21,7 +21,7 @@ FIELDS = ("sequence", "system", "run")
 # Keys of a YAML file, of an entry of `sequences`, and of an entry of `systems`.
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
 OF_SEQUENCE = ("format", "t_offset", "frames", "unit")
-OF_SYSTEM = ("est_format", "runs", "invert")
+OF_SYSTEM = ("est_format", "runs", "invert", "t_offset")
 
 
 FilePath = str | Path

@@ -156,8 +156,8 @@ def clock(evaluation: Evaluation) -> Note | None:
     return Note(
         "clock",
         f"its clock seems to be off: its {offset.what} fit {offset.gain:.1f} times as well with an "
-        "offset",
-        f"add --t_offset {evaluation.t_offset + offset.seconds:.3f}",
+        f"offset of {evaluation.t_offset + offset.seconds:.3f} s",
+        "--t_offset auto adds it",
     )
 
 

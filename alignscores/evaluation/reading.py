@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Indices
 from ..trajectories.files import (
-    FileError,
     FilePath,
     Trajectory,
     TrajectoryWarning,
@@ -20,6 +19,7 @@ from ..trajectories.files import (
     read_colmap,
 )
 from ..trajectories.files.colmap import is_model
+from ..trajectories.files.stamps import in_seconds
 from ..trajectories.recognition import recognise
 from ..trajectories.timeline import reference_gap
 from ..validation import finite_rows, real_array
@@ -29,11 +29,12 @@ __all__ = [
     "KEY_KINDS",
     "files_below",
     "first_rows",
+    "format_of",
     "in_memory",
     "read_estimate",
     "read_reference",
     "warn",
-    "with_format",
+    "with_formats",
 ]
 
 KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
@@ -58,30 +59,24 @@ def in_memory(value: Any, whose: str, times: Any = None) -> Any:
             )
     else:
         poses = real_array(value, whose)
-        keys = np.arange(len(poses)) if times is None else real_array(times, "times")
-        value = Trajectory(keys, poses)
+        rows = np.arange(len(poses))
+        stamps = None if times is None else in_seconds("times", {"t": real_array(times, "times")})
+        value = Trajectory(rows if stamps is None else stamps, poses)
     if is_model(value):
         return read_colmap(value)
     return _checked(value, whose) if isinstance(value, Trajectory) else value
 
 
-def with_format(settings: Settings, reference: Any, *estimates: Any) -> Settings:
-    """Return the settings with the formats of reference and estimates, as far as they are open."""
+def with_formats(settings: Settings, reference: Any, estimate: Any) -> Settings:
+    """Return the settings with the formats of reference and estimate, as far as they are open."""
     if settings.format is not None:
         return settings
-    form = _format_of(reference, settings.ref_columns or settings.columns)
-    if settings.est_format is not None:
-        return replace(settings, format=form)
-    first, *others = estimates
-    est_columns = settings.est_columns or settings.columns
-    est_form = _format_of(first, est_columns)
-    for file in others:
-        if _format_of(file, est_columns) != est_form:
-            raise FileError(file, f"is not in the format of {first}, {est_form}; score it apart")
+    form = format_of(reference, settings.ref_columns or settings.columns)
+    est_form = settings.est_format or format_of(estimate, settings.est_columns or settings.columns)
     return replace(settings, format=form, est_format=None if est_form == form else est_form)
 
 
-def _format_of(trajectory: Any, columns: str | None) -> str:
+def format_of(trajectory: Any, columns: str | None) -> str:
     """Return the format of a file, or the one that a trajectory in memory is like."""
     if isinstance(trajectory, Trajectory):
         return FORMAT_OF_KEYS[trajectory.keys.dtype.kind]

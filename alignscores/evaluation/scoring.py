@@ -24,7 +24,7 @@ from ..validation import finite_rows
 from .evaluation import Evaluation, Note, finite_or_none
 from .matching import Matches, check_scorable, match, poses_of_rows, with_time_offset
 from .notes import collected_warnings, explain, reference_notes
-from .reading import in_memory, read_estimate, read_reference, with_format
+from .reading import in_memory, read_estimate, read_reference, with_formats
 from .settings import Settings, changed
 
 __all__ = ["evaluate", "score"]
@@ -80,7 +80,7 @@ def evaluate(
     ref_times, est_times = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
     reference = in_memory(reference, "reference", ref_times)
     estimate = in_memory(estimate, "estimate", est_times)
-    settings = with_format(settings, reference, estimate)
+    settings = with_formats(settings, reference, estimate)
     with collected_warnings() as warned:
         truth = read_reference(reference, settings)
     name = "estimate" if isinstance(estimate, Trajectory) else unique_names([str(estimate)])[0]

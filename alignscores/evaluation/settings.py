@@ -391,6 +391,8 @@ def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:
 
 def changed(settings: Settings, changes: Mapping[str, Any]) -> Settings:
     """Return settings with changes; a wrong name is answered with the nearest one."""
+    if not isinstance(settings, Settings):
+        raise TypeError(f"settings must be Settings, not {brief(settings)}")
     for name in changes:
         if name not in options():
             near = get_close_matches(name, options(), n=1)

@@ -26,8 +26,8 @@ N_COLOURS = 8
 TRACKED, OUTLIER, LOST, NOT_EXPECTED = range(4)
 CLASSES = "tracked", "outlier", "lost"  # in style.css
 LEGEND = """\
-<p class="small">Dotted: the largest threshold. Bands: <span class="swatch tracked"></span> tracked,
-<span class="swatch outlier"></span> outlier (position or rotation beyond its largest threshold),
+<p class="small">Dotted: the largest threshold. Bands: <span class="swatch tracked"></span> within
+both largest thresholds, <span class="swatch outlier"></span> beyond one of them,
 <span class="swatch lost"></span> lost.</p>"""
 
 

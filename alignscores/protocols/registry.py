@@ -113,7 +113,7 @@ PROTOCOLS: Sequence[Family] = (
         unit="deg",
     ),
     Family(
-        "ate[:STATISTIC][:ALIGNMENT]",
+        "ate:STATISTIC[:ALIGNMENT]",
         "ate:rmse",
         "absolute trajectory error, of evo",
         evo_ate,

@@ -11,7 +11,7 @@ from evo.tools import file_interface
 
 from alignscores.trajectories.files import read_nerf, read_tum
 
-from ..conftest import FILES
+from ..conftest import FILES, TUM
 
 SCORES = "TAS", "RAS", "PAS", "ate", "half_distance", "lost"
 
@@ -181,10 +181,6 @@ def test_the_format_is_recognised(run, form):
             (".", "tum/estimate.txt"),
             ".: is a folder with no COLMAP model, bag or matrices in .txt files; name",
         ),
-        (
-            ("tum/reference.txt", "tum/estimate.txt", "euroc/data.csv"),
-            "euroc/data.csv: is not in the format of tum/estimate.txt, tum; score it apart",
-        ),
         ((__file__, "x"), f"{__file__}: its header names no x, y, z "),
     ],
 )
@@ -193,3 +189,13 @@ def test_what_is_not_recognised(run, files, reason):
     assert (code, out) == (1, "")
     assert f"alignscores: error: {reason}" in err
     assert "Traceback" not in err
+
+
+def test_each_estimate_has_the_format_that_is_recognised(run, score):
+    """One that has none does not stop the others."""
+    code, out, err = run(*TUM[1:], "none.txt", "euroc/data.csv", "--json")
+    assert code == 1
+    assert "error: none.txt: cannot be read" in err
+    results = json.loads(out)["results"]
+    expected = score(*TUM) + score("tum", TUM[1], "euroc/data.csv", "--est_format", "euroc")
+    assert [result["PAS"] for result in results] == [result["PAS"] for result in expected]

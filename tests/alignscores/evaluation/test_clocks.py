@@ -73,7 +73,7 @@ def test_a_clock_that_is_off_is_noted_with_the_option_that_corrects_it():
     assert not any(note.kind == "clock" for note in evaluate(truth, disturbed(truth, 0.0)).notes)
     notes = evaluate(truth, disturbed(truth, 0.137)).notes
     (note,) = [str(note) for note in notes if note.kind == "clock"]
-    seconds = float(note.split("--t_offset ")[1].split()[0])
+    seconds = float(note.split("offset of ")[1].split()[0])
     assert seconds == pytest.approx(-0.137, abs=0.005)
     settled = evaluate(truth, disturbed(truth, 0.137), t_offset=seconds)
     assert not any(note.kind == "clock" for note in settled.notes)

@@ -183,7 +183,7 @@ def test_clocks_of_positions_alone_are_compared_by_speeds():
     found = evaluate(TRUTH, Trajectory(TRUTH.keys - 0.2, poses))
     (note,) = [str(note) for note in found.notes if note.kind == "clock"]
     assert "its clock seems to be off: its speeds fit" in note
-    assert "add --t_offset 0.20" in note
+    assert "with an offset of 0.20" in note
     poses[:, :3, 3] = 1
     found = evaluate(TRUTH, Trajectory(TRUTH.keys, poses))
     assert "clock" not in [note.kind for note in found.notes]
