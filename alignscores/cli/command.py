@@ -1,8 +1,10 @@
 """The command ``alignscores``: its subcommands, and what holds for all of them."""
 
 import io
+import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from ..streams import discard_output
 from ..trajectories.files import FAILURES
@@ -15,6 +17,9 @@ __all__ = ["run_command"]
 
 def run_command(arguments: Sequence[str]) -> int:
     """Run the command line; see `alignscores.cli.main`."""
+    for name in ("stdout", "stderr"):  # None where the shell has closed them, as for daemons
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 - until the end
     if isinstance(sys.stdout, io.TextIOWrapper):  # names may hold what it cannot encode
         sys.stdout.reconfigure(errors="backslashreplace")
     try:

@@ -1,6 +1,7 @@
-"""What is saved: errors, aligned estimates, evo results, pictures and the page."""
+"""Files that are saved, an option each; and all of them in a folder."""
 
 import argparse
+import warnings
 from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
 from io import BytesIO
@@ -85,7 +86,9 @@ def _of_each(path: Path, names: Sequence[str]) -> dict[str | None, Path]:
     """Return the file of each estimate: of several each has its name, without slashes, appended."""
     if len(names) == 1:
         return {names[0]: path}
-    short = numbered([Path(name.replace("/", "_")).stem for name in names])
+    suffixes = {Path(name).suffix for name in names}
+    shared = suffixes.pop() if len(suffixes) == 1 else ""
+    short = numbered([name.replace("/", "_").removesuffix(shared) for name in names])
     files = (path.with_name(f"{path.stem}_{own}{path.suffix}") for own in short)
     return dict(zip(names, files, strict=True))
 
@@ -215,5 +218,7 @@ def picture(scored: Sequence[Evaluation], plot_mode: str | None, path: Path) -> 
 
     buffer = BytesIO()
     figure = figure_of(scored, plot_mode=plot_mode)
-    figure.savefig(buffer, format=path.suffix.removeprefix("."), dpi=200)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph")  # of names in letters that the font lacks
+        figure.savefig(buffer, format=path.suffix.removeprefix("."), dpi=200)
     return buffer.getvalue()

@@ -88,7 +88,7 @@ def run(argv: Sequence[str]) -> int:
         raise ValueError("--plot has no display to show anything on; --save_plot FILE.png saves it")
 
     results = Results(settings, reference)
-    _score(results, dict(zip(names, estimates, strict=True)), is_open=not arguments.format)
+    _score(results, list(zip(names, estimates, strict=True)), is_open=not arguments.format)
     save(written, results, arguments.plot_mode)
     print_notes(results, verbose=arguments.verbose)
     if arguments.json:  # printed last: the reader may close the pipe, which ends the program
@@ -120,7 +120,7 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
     return reference, estimates, settings
 
 
-def _score(results: Results, estimates: dict[str, str], *, is_open: bool) -> None:
+def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool) -> None:
     """Score all estimates, by name; each has a format of its own where this is open."""
     settings, file = results.settings, results.reference
     try:
@@ -132,7 +132,7 @@ def _score(results: Results, estimates: dict[str, str], *, is_open: bool) -> Non
     except FAILURES as error:
         results.fail(file, error)
         return
-    for number, (name, file) in enumerate(estimates.items(), 1):
+    for number, (name, file) in enumerate(estimates, 1):
         show_progress(f"{number}/{len(estimates)} {name} " if len(estimates) > 1 else "")
         try:
             if is_open and results.settings.est_format is None:

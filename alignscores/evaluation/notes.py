@@ -84,7 +84,8 @@ def unmatched(evaluation: Evaluation) -> Note | None:
     if matches.timed:
         where = "poses have no reference pose near them in time"
     else:
-        where = "images are not in the reference; left out"
+        what = "frames" if evaluation.settings.form.ordered else "images"
+        where = f"{what} are not in the reference; left out"
         if matches.matched == len(matches.expected_rows):
             where += " (it has all of the reference's, too: the reference comes first)"
     return Note("unmatched", f"{matches.unmatched} of {len(keys)} {where}")

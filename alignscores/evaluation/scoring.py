@@ -1,6 +1,7 @@
 """`evaluate`: one estimate against its reference, from the files to the notes."""
 
 import math
+import warnings
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats
-from ..distance import tas_distance
+from ..distance import tas_distance, too_few
 from ..metrics import SCORES, metric
 from ..pose import PASResult, pas
 from ..registration import Registration
@@ -20,7 +21,7 @@ from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import FilePath, Trajectory
 from ..trajectories.lever import LeverArm, find_lever_arm, with_lever_arm
 from ..translation import tas
-from ..validation import finite_rows
+from ..validation import AlignmentWarning, finite_rows
 from .evaluation import Evaluation, Note, finite_or_none
 from .matching import Matches, check_scorable, match, poses_of_rows, with_time_offset
 from .notes import collected_warnings, explain, reference_notes
@@ -149,7 +150,8 @@ def _corrected(
     lever_arm, body_rotation = None, None
     if settings.lever_arm == "auto":
         positions = matches.pose_references[:, :3, 3]
-        lever_arm = find_lever_arm(positions, estimate.poses[matches.pose_rows])
+        matched = estimate.poses[matches.pose_rows]
+        lever_arm = find_lever_arm(positions, matched, matches.unit)
     elif settings.lever_arm is not None:
         lever_arm = LeverArm(np.array(settings.lever_arm), np.zeros(3))
     if lever_arm is not None:
@@ -181,7 +183,11 @@ def _scores(matches: Matches, settings: Settings) -> tuple[PASResult, list[float
 
 
 def _half_distance(matches: Matches, settings: Settings) -> float:
-    """Return the half-score distance, by the refined registration."""
+    """Return the half-score distance, by the refined registration; NaN for too few poses."""
+    lost = len(matches.keys) - matches.matched
+    if reason := too_few(lost + matches.n_poses, 0.5, settings.alignment):  # each of many frames
+        warnings.warn(reason, AlignmentWarning, stacklevel=2)
+        return math.nan
     gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
     return tas_distance(gt, est, rng=settings.seed, alignment=settings.alignment, up=settings.up)
 
@@ -238,6 +244,8 @@ def _metrics(
     for name in settings.metrics:
         if metric(name).family in SCORES:
             continue
+        if metric(name).metres and settings.form.unit != "m":
+            notes.append(Note("metric", f"the reference's unit counts as a metre in {name}"))
         try:
             value = metric(name)(
                 gt[:, :3, 3],

@@ -42,7 +42,7 @@
     area.addEventListener("pointerdown", point); // a finger that taps
     area.addEventListener("keydown", (event) => {
       const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10, Home: -Infinity, End: Infinity };
-      if (!(event.key in steps)) return;
+      if (!(event.key in steps) || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       move(current + steps[event.key]);
     });

@@ -33,18 +33,20 @@ def with_lever_arm(estimate: Trajectory, vector: Floats) -> Trajectory:
     return estimate._replace(poses=poses)
 
 
-def find_lever_arm(gt_positions: Floats, est_poses: Floats) -> LeverArm:
+def find_lever_arm(gt_positions: Floats, est_poses: Floats, unit: float) -> LeverArm:
     """Return the lever arm l with which estimated poses fit positions (n, 3), in order of time.
 
     p + R l = s Q g + t is linear in l, and is solved for it together with small changes of the
     similarity, on the inliers. The standard error comes from a jackknife over stretches of time,
-    since errors of neighbouring poses are alike. ValueError where it is larger than what the
-    positions are off without a lever arm.
+    since errors of neighbouring poses are alike. ValueError where it is larger than half of
+    what the positions are off without a lever arm; `unit` is d.
     """
     finite = finite_rows(est_poses)
     gt = gt_positions[finite] - gt_positions[finite].mean(axis=0)
     positions, rotations = est_poses[finite, :3, 3], est_poses[finite, :3, :3]
-    alignment = tas(gt, positions, registration="refined").alignment if len(gt) > 3 else None
+    if len(gt) < 4:
+        raise ValueError("no lever arm is found: there are fewer than 4 poses")
+    alignment = tas(gt, positions, unit=unit, registration="refined").alignment
     if alignment is None:
         raise ValueError("no lever arm is found: the positions cannot be aligned")
     vector, off = np.zeros(3), np.zeros(STEPS)
@@ -66,7 +68,7 @@ def find_lever_arm(gt_positions: Floats, est_poses: Floats) -> LeverArm:
     parts = [inlier & (blocks != block) for block in range(BLOCKS)]
     others = np.array([_solved(design[part], wanted[part])[:3] for part in parts])
     errors = np.sqrt((BLOCKS - 1) * others.var(axis=0))
-    if errors.max() > off[0]:
+    if 2 * errors.max() > off[0]:
         said = ", ".join(f"{value:.2g}" for value in errors)
         raise ValueError(f"no lever arm is found: its motion leaves it uncertain by {said}")
     return LeverArm(vector, errors)

@@ -104,7 +104,8 @@ def _best(
         step /= 10
         offsets = offsets[np.argmin(values)] + step * np.arange(-10, 11)
         values = np.array([_disagreement(reference, motions, at, rotations) for at in offsets])
-    gain = without / max(values.min(), np.finfo(float).tiny)
+    rounding = max(1e-6 * float(np.median(motions[2])), np.finfo(float).tiny)
+    gain = (without + rounding) / (values.min() + rounding)
     what = "rotation rates" if rotations else "speeds"
     return TimeOffset(float(offsets[np.argmin(values)]), float(gain), what)
 

@@ -102,7 +102,8 @@ def _images_of_text(path: Path) -> Images:
             reason = "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "
             raise FileError(path, f"{reason}of them numbers", place=f"line {number}")
         images.append((fields[9], tuple(map(float, fields[1:8]))))
-        next(lines, None)  # its points
+        if len(next(lines, (0, ""))[1].split()) % 3:
+            raise FileError(path, "must hold the points of each image", place=f"line {number + 1}")
     return images
 
 
@@ -112,7 +113,8 @@ def _trajectory(path: FilePath, images: Images) -> Trajectory:
         raise FileError(path, "the model has no registered image")
     names, poses = zip(*sorted(images), strict=True)
     quaternions, translations = np.split(np.array(poses), [4], axis=1)
-    unit = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    with np.errstate(invalid="ignore"):  # of zeros, which is refused below
+        unit = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
     matrices = np.dstack([rotations_from_quaternions(unit[:, [1, 2, 3, 0]]), translations])
     source = Source(path, lambda row: f"image {names[row]!r}")
     return Trajectory(np.array(names), inverse_poses(poses_from_matrices(matrices, source)))

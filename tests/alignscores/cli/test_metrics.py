@@ -7,7 +7,7 @@ from alignscores import evaluate
 from alignscores.metrics import SCORES
 from alignscores.protocols import PROTOCOLS, protocol
 
-from ..conftest import AT_STAMPS, TUM
+from ..conftest import AT_STAMPS, COLMAP, TUM
 
 NAMES = [family.example for family in SCORES]
 EXAMPLES = [family.example for family in PROTOCOLS]
@@ -51,6 +51,14 @@ def test_the_table_has_the_metrics_in_the_order_given(run, score, tmp_path):
     (plain,) = score(*TUM, "--save_metrics", tmp_path / "own.csv")
     assert plain["metrics"] == {}
     assert (tmp_path / "own.csv").read_text().splitlines()[0] == ",".join(["estimate", *NAMES])
+
+
+def test_lengths_in_metres_where_the_reference_has_none(run):
+    names = "auc@30:vggt,recall@5cm,5deg:hloc-sim3,auc@5:colmap,ate"
+    for name in ("recall@5cm,5deg:hloc-sim3", "auc@5:colmap"):
+        note = f"the reference's unit counts as a metre in {name}"
+        assert note in run(*COLMAP, "--metrics", names)[2]
+        assert note not in run(*TUM, "--metrics", names)[2]
 
 
 def test_a_metric_without_a_value_is_a_dash_and_null(run, lines, write):

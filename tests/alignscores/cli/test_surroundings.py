@@ -47,6 +47,15 @@ def test_stdout_is_full(shell, arguments):
 
 
 @pytest.mark.parametrize("arguments", PRINTS)
+def test_streams_are_closed(shell, arguments):
+    """As for daemons."""
+    done = shell(arguments, "2>&-")
+    assert (done.returncode, done.stdout) == (0, shell(arguments, "").stdout)
+    done = shell(arguments, ">&-")
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False)
+
+
+@pytest.mark.parametrize("arguments", PRINTS)
 def test_nobody_reads_stdout(shell, arguments):
     done = shell(arguments, "| true; exit ${PIPESTATUS[0]}")
     assert (done.returncode, done.stderr) == (1, "")

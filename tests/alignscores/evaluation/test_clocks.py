@@ -105,3 +105,15 @@ def test_real_runs_have_the_offsets_that_are_known(real):
     for system, late in (("vislam_ba", 0.0), ("vislam_rp", 0.05), ("vio_stereo", 0.0)):
         added, _ = offset(truth, read_tum(folder / system / "0.txt"))
         assert added == pytest.approx(-late, abs=0.002)
+
+
+def test_a_constant_speed_without_noise_fits_at_any_offset():
+    """So none is certain: what differs is rounding."""
+    stamps = np.arange(0, 30, 0.1)
+    poses = np.tile(np.eye(4), (len(stamps), 1, 1))
+    poses[:, :3, :3] = Rotation.from_rotvec(np.outer(stamps, [0, 0, 0.2])).as_matrix()
+    poses[:, :3, 3] = np.column_stack([np.cos(0.2 * stamps), np.sin(0.2 * stamps), 0.1 * stamps])
+    rounded = Trajectory(stamps + 1e-9, poses.round(8))
+    added, notes = offset(Trajectory(stamps, poses), rounded)
+    assert added == 0
+    assert "none makes its motions fit clearly better" in notes[0]

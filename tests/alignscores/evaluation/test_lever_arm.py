@@ -92,3 +92,13 @@ def test_it_needs_rotations():
     reference, _ = run()
     with pytest.raises(ValueError, match="lever_arm needs rotations, which the estimate lacks"):
         evaluate(reference, reference, lever_arm="0,0,1")
+
+
+def test_a_pose_without_a_rotation_has_no_prism():
+    """Its neighbours cover its frame, as if it were not there."""
+    reference, estimate = run()
+    partly = estimate.poses.copy()
+    partly[1::2, :3, :3] = np.nan
+    found = evaluate(reference, Trajectory(estimate.keys, partly), lever_arm=tuple(ARM))
+    half = Trajectory(estimate.keys[::2], estimate.poses[::2])
+    assert found.tas == evaluate(reference, half, lever_arm=tuple(ARM)).tas

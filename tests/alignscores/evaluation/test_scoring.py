@@ -65,6 +65,18 @@ def test_by_pcr99_a_pose_that_answers_for_many_frames_does_not_fit_itself():
     assert scored == pytest.approx(np.mean(once), abs=0.002)
 
 
+def test_few_poses_of_many_frames_have_no_half_score_distance():
+    """A similarity fits two of four random ones, and with them half of the frames."""
+    rng, stamps = np.random.default_rng(0), np.arange(0, 7, 0.1)
+    gt, est = (np.tile(np.eye(4), (n, 1, 1)) for n in (len(stamps), 4))
+    gt[:, :3, 3] = np.column_stack([stamps, np.sin(stamps), np.cos(stamps)])
+    est[:, :3, 3] = rng.normal(size=(4, 3))
+    found = evaluate(Trajectory(stamps, gt), Trajectory(stamps[5::20], est))
+    assert found.lost == 0
+    assert np.isnan(found.half_distance)
+    assert any("no distance at a score of 0.5 for 4 cameras" in str(n) for n in found.notes)
+
+
 @pytest.mark.parametrize("kind", ["names", "stamps", "rows"])
 def test_trajectories_in_memory_are_like_a_format(kind):
     reference, estimate, _ = scene()

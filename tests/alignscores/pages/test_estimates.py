@@ -162,3 +162,16 @@ def test_no_wider_than_the_screen(saved, browse):
     for width in (320, 390, 1280):
         page.set_viewport_size({"width": width, "height": 900})
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_the_cursor_follows_the_pointer(saved, browse):
+    """Also over its own line."""
+    page = browse(saved(*TUM)[0])
+    cursor = page.locator(".cursor").first
+    cursor.scroll_into_view_if_needed()
+    box, seen = cursor.bounding_box(), []
+    for step in range(20):
+        page.mouse.move(box["x"] + box["width"] * (0.3 + 0.01 * step), box["y"] + 20)
+        seen.append(int(cursor.get_attribute("aria-valuenow")))
+    assert seen == sorted(seen)
+    assert 0 < seen[0] < seen[-1]

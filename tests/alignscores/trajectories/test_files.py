@@ -101,6 +101,15 @@ def test_a_binary_model_is_known_to_be_whole(examples, tmp_path, size, reason):
         read_colmap(tmp_path)
 
 
+def test_a_text_model_without_points_is_refused(examples, tmp_path):
+    """Otherwise every second image would be taken for the points of the first."""
+    lines = (examples / "colmap/reference/images.txt").read_text().splitlines()
+    images = [line for line in lines if line.endswith(".png")]
+    (tmp_path / "images.txt").write_text("\n".join(images))
+    with pytest.raises(FileError, match=r"images.txt, line 2: must hold the points"):
+        read_colmap(tmp_path)
+
+
 @pytest.mark.parametrize("rows", [3, 4])
 def test_nerf_camera_axes_are_turned(write, rows):
     matrix = np.eye(4)
