@@ -151,7 +151,7 @@ def poses_of_rows(estimate: Trajectory, rows: Indices) -> Floats:
 def unit_hint(ref_stamps: Floats, est_stamps: Floats, whose: str = "estimate") -> str:
     """Return the end of a message, which says whose stamps are not in seconds, if any are not."""
     for name, stamps in (("reference", ref_stamps), (whose, est_stamps)):
-        if (unit := time_unit(stamps)) != "seconds":
+        if (unit := time_unit(stamps)) != "s":
             return f"; the stamps of the {name} seem to be in {unit}: write them in seconds"
     return ""
 

@@ -141,8 +141,8 @@ SECONDS = DATE + np.arange(10)
 @pytest.mark.parametrize(
     ("reference", "estimate", "hint"),
     [
-        (SECONDS * 1e9, SECONDS, "stamps of the reference seem to be in nanoseconds: write"),
-        (SECONDS, SECONDS * 1e3, "stamps of the estimate seem to be in milliseconds: write"),
+        (SECONDS * 1e9, SECONDS, "stamps of the reference seem to be in ns: write"),
+        (SECONDS, SECONDS * 1e3, "stamps of the estimate seem to be in ms: write"),
         (SECONDS, SECONDS - DATE + 5, "; if their clocks differ, --t_offset auto finds the offset"),
         (SECONDS, SECONDS[:3] - 9, "; if their clocks differ, --t_offset auto"),
         (SECONDS, SECONDS + 0.25, "; the nearest ones are usually 0.2500 s apart: --t_off"),
@@ -166,7 +166,7 @@ def test_why_stamps_have_nothing_in_common(reference, estimate, hint):
             "no expected frame has a reference pose: the frames go from 98.000000 to 99.000000 s, "
             "the reference from 0.000000 to 9.975000 s (t_max_diff 0.01 s)",
         ),
-        ({"frames": SECONDS * 1e9}, "stamps of the frames seem to be in nanoseconds: write"),
+        ({"frames": SECONDS * 1e9}, "stamps of the frames seem to be in ns: write"),
     ],
 )
 def test_nothing_is_expected(timing, message):
