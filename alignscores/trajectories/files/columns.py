@@ -34,9 +34,7 @@ def name_columns(table: Table, named: str | None = None, *, w_first: bool = Fals
     `named` names them. With `w_first`, tables with commas have w first if nothing names them.
     """
     width = len(table.first)
-    names = parse_columns(named) if named else _of_header(table)
-    if not names:
-        names = _by_width(table.first, w_first=w_first and "," in table.rows[0])
+    names = parse_columns(named) if named else _of_header(table) or _by_width(table, w_first)
     if not 0 < len(names) <= width:
         unknown = f"whose meaning is unknown; {NAME_THEM}"
         reason = f"not the {len(names)} of {named!r}" if named else unknown
@@ -80,11 +78,12 @@ def _of_words(header: str) -> list[str]:
     return _without_parts(names)
 
 
-def _by_width(first: Sequence[str], *, w_first: bool) -> list[str]:
+def _by_width(table: Table, w_first: bool) -> list[str]:
     """Return the columns that a table usually has, if its first row agrees; none if unknown."""
-    width, tum = len(first), W_FIRST if w_first else TUM
+    width = len(table.first)
+    tum = W_FIRST if w_first and "," in table.rows[0] else TUM
     for names in map(str.split, (BY_WIDTH.get(width, tum), tum)):
-        if len(names) <= width and (width in (3, 4, 8) or _is_plausible(names, first)):
+        if len(names) <= width and (width in (3, 4, 8) or _is_plausible(names, table.first)):
             return names
     return []
 
