@@ -60,7 +60,7 @@ def in_memory(value: Any, whose: str, times: Any = None) -> Any:
     else:
         poses = real_array(value, whose)
         rows = np.arange(len(poses))
-        stamps = None if times is None else in_seconds("times", {"t": real_array(times, "times")})
+        stamps = None if times is None else in_seconds(real_array(times, "times"), "times")
         value = Trajectory(rows if stamps is None else stamps, poses)
     if is_model(value):
         return read_colmap(value)

@@ -3,9 +3,10 @@
 from pathlib import Path
 
 from .files import FileError, FilePath
+from .files.columns import name_columns
 from .files.matrices import files_of_matrices
-from .files.tables import open_table
-from .files.text import numbered_lines
+from .files.rows import open_table
+from .files.text import read_text
 from .formats import FORMATS
 
 __all__ = ["recognise"]
@@ -33,10 +34,9 @@ def recognise(path: FilePath, columns: str | None = None) -> str:
 
 
 def _format_of_text(path: FilePath, named: str | None) -> str:
-    first = next((line.lstrip() for _, line in numbered_lines(path) if line.strip()), "")
-    if first[:1] in ("{", "["):
+    if read_text(path).lstrip().startswith(("{", "[")):
         return "nerf"
-    columns = open_table(path).columns(named, w_first=True)
+    columns = name_columns(open_table(path), named, w_first=True)
     if "r11" in columns and not any(name[0] in "nt" for name in columns):
         return "kitti"
     w_first = "qw" in columns and columns.index("qw") < columns.index("qx")

@@ -72,7 +72,7 @@ def read_arrays(path: FilePath) -> Trajectory:
         return Trajectory(np.arange(len(poses)), poses)
     stamps = times[0].astype(np.float64)
     source.refuse(~np.isfinite(stamps), "the time stamp is not finite")
-    return Trajectory(in_seconds(path, {"t": stamps}), poses)
+    return Trajectory(in_seconds(stamps, path), poses)
 
 
 def _arrays(path: FilePath, content: bytes) -> dict[str, NDArray[Any]]:

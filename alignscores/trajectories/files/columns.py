@@ -1,27 +1,22 @@
 """What the columns of a text table hold: by a header, by ``--columns``, or by their number."""
 
 import re
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 
 from .poses import MAX_DEVIATION
-from .stamps import unit_of_word
+from .rows import COMMENTS, Table
+from .text import FileError
 
-__all__ = [
-    "NAME_THEM",
-    "QUATERNION",
-    "columns_by_width",
-    "columns_of_header",
-    "matrix_columns",
-    "parse_columns",
-]
+__all__ = ["FOUR_ROWS", "QUATERNION", "name_columns", "parse_columns"]
 
 QUATERNION = ("qx", "qy", "qz", "qw")
 ROTATION = tuple(f"r{row}{column}" for row in "123" for column in "123")
 LAST_ROW = ("r41", "r42", "r43", "r44")
-TUM, MATRIX = "t x y z qx qy qz qw", "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
+TUM, W_FIRST = "t x y z qx qy qz qw", "t x y z qw qx qy qz"
+MATRIX = "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
 FOUR_ROWS = f"{MATRIX} {' '.join(LAST_ROW)}"
-KNOWN = [TUM, "x y z", "t x y z", TUM[2:], MATRIX, f"n {MATRIX}", FOUR_ROWS, f"n {FOUR_ROWS}"]
+KNOWN = ["x y z", "t x y z", TUM[2:], MATRIX, f"n {MATRIX}", FOUR_ROWS, f"n {FOUR_ROWS}"]
 BY_WIDTH = {len(names.split()): names for names in KNOWN}  # of tables that do not name them
 NAME_THEM = "name them, as in --columns 't x y z qx qy qz qw' (- skips one)"
 COLUMNS = "t (t_s, t_ms, t_us, t_ns), n, x, y, z, qx, qy, qz, qw, r11 to r33 or - (skip)"
@@ -31,45 +26,64 @@ TIMES = {"t", "ts", "time", "times", "stamp", "timestamp", "timestamps"}
 NUMBERS = {"n", "num", "number", "id", "idx", "index", "frame", "seq"}
 POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation", "gt", "est"}
 ORIENTATIONS = {"q", "quat", "quaternion", "orientation", "rot", "rotation"}
-METRES = {"m", "meter", "meters", "metres"}
+
+
+def name_columns(table: Table, named: str | None = None, *, w_first: bool = False) -> list[str]:
+    """Return what each column of a table holds; - for columns that are not used.
+
+    `named` names them. With `w_first`, tables with commas have w first if nothing names them.
+    """
+    width = len(table.first)
+    names = parse_columns(named) if named else _of_header(table) or _by_width(table, w_first)
+    if not 0 < len(names) <= width:
+        unknown = f"whose meaning is unknown; {NAME_THEM}"
+        reason = f"not the {len(names)} of {named!r}" if named else unknown
+        raise table.source.error(0, f"has {width} column{'s' * (width != 1)}, {reason}")
+    return names + ["-"] * (width - len(names))
 
 
 def parse_columns(text: str) -> list[str]:
     """Return the columns that ``--columns`` names; the error says which of them is wrong."""
     words = text.replace(",", " ").split()
-    names = [_column(word) for word in words]
-    for word, name in zip(words, names, strict=True):
-        if name == "-" != word:
-            raise ValueError(f"{word[:40]!r} is no column: give {COLUMNS}")
+    if wrong := [word for word in words if _column(word) == "-" != word]:
+        raise ValueError(f"{wrong[0][:40]!r} is no column: give {COLUMNS}")
+    names = list(map(_column, words))
     if "x" not in names or _without_parts(names) != names:
         raise ValueError("columns must be x, y and z, and all of a rotation or none, each once")
     return names
 
 
-def columns_of_header(header: str) -> list[str]:
+def _of_header(table: Table) -> list[str]:
+    """Return the columns that a line above the rows names; none if no line does."""
+    path, width = table.source.path, len(table.first)
+    for line in reversed(table.above):
+        names = _of_words(line)
+        if "x" in names and len(names) <= width:
+            return names
+        if re.search("latitude|(?<![a-z])lat(?![a-z])", line.lower()):
+            raise FileError(path, "has latitudes; it takes positions x, y, z in one unit")
+        if len(names) == width and not line.startswith(COMMENTS):
+            raise FileError(path, f"its header names no x, y, z ({line[:60]!r}); {NAME_THEM}")
+    return []
+
+
+def _of_words(header: str) -> list[str]:
     """Return what the columns hold that a header names; - for columns that are not used."""
-    text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lstrip("#%/ \t"))  # units: x [m]
-    words = re.split(r"[,;]" if re.search("[,;]", text) else r"\s+", text)
-    if "stamp" in text.lower():  # a message's own stamp, not the time at which it was recorded
-        words = [
-            "-" if _column(word) == "t" and "stamp" not in word.lower() else word for word in words
-        ]
-    return _without_parts([_column(word) for word in words])
+    text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lower().lstrip("#%/ \t"))  # x [m]
+    words = text.replace(";", ",").split("," if "," in text or ";" in text else None)
+    names = [_column(word) for word in words]
+    if "stamp" in text:  # a message's own stamp, not the time at which it was recorded
+        pairs = zip(words, names, strict=True)
+        names = ["-" if name == "t" and "stamp" not in word else name for word, name in pairs]
+    return _without_parts(names)
 
 
-def matrix_columns(names: Container[str]) -> list[str]:
-    """Return the columns of matrices, of 3 or 4 rows, in the order of their entries."""
-    return (FOUR_ROWS if "r44" in names else MATRIX).split()
-
-
-def columns_by_width(first: Sequence[str], *, w_first: bool) -> list[str]:
+def _by_width(table: Table, w_first: bool) -> list[str]:
     """Return the columns that a table usually has, if its first row agrees; none if unknown."""
-    width = len(first)
-    candidates = ["t x y z qw qx qy qz" if w_first else TUM] if width >= 8 else []
-    if width != 8 and width in BY_WIDTH:
-        candidates.insert(0, BY_WIDTH[width])
-    for names in map(str.split, candidates):
-        if width in (3, 4, 8) or _is_plausible(dict(zip(names, first, strict=False))):
+    width = len(table.first)
+    tum = W_FIRST if w_first and "," in table.rows[0] else TUM
+    for names in map(str.split, (BY_WIDTH.get(width, tum), tum)):
+        if len(names) <= width and (width in (3, 4, 8) or _is_plausible(names, table.first)):
             return names
     return []
 
@@ -77,22 +91,23 @@ def columns_by_width(first: Sequence[str], *, w_first: bool) -> list[str]:
 def _column(text: str) -> str:
     """Return what a column with this name holds."""
     words = re.findall(r"[a-z]+\d*", text.lower())
-    if len(words) > 1 and words[-1] in METRES:
+    if len(words) > 1 and words[-1] in ("m", "meters", "metres"):
         words.pop()
     if not words:
         return "-"
-    last, unit = words[-1], unit_of_word(words[-1])
+    last = words[-1]
     if axis := re.fullmatch(r"([a-z]*)([wxyz])", last):
         kinds = {*words[:-1], axis[1]} - {""}
         if kinds & ORIENTATIONS:
             return f"q{axis[2]}"
         if axis[2] != "w" and (kinds & POSITIONS or not kinds):
             return axis[2]
+    unit = re.fullmatch("(|m|milli|u|micro|n|nano)s(ec(ond)?s?)?", last)
     if TIMES & {*words} or (unit and len(last) > 2):  # sec, nsec
-        return f"t_{unit}" if unit else "t"
+        return f"t_{unit[1].replace('micro', 'u')[:1]}s" if unit else "t"
     if last in NUMBERS:
         return "n"
-    return last if last in (*ROTATION, *LAST_ROW) else "-"
+    return last if last in ROTATION + LAST_ROW else "-"
 
 
 def _without_parts(names: Sequence[str]) -> list[str]:
@@ -104,8 +119,9 @@ def _without_parts(names: Sequence[str]) -> list[str]:
     return columns
 
 
-def _is_plausible(row: dict[str, str]) -> bool:
+def _is_plausible(names: Sequence[str], fields: Sequence[str]) -> bool:
     """Return whether a row has a rotation, or nan, where there should be one."""
+    row = dict(zip(names, fields, strict=False))
     rotation, size = (QUATERNION, 1) if "qw" in row else (ROTATION, 3)
     with suppress(ValueError):
         return not abs(sum(float(row[name]) ** 2 for name in rotation) - size) > MAX_DEVIATION

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...arrays import Floats
 from .poses import Trajectory, poses_from_matrices
-from .tables import open_table
+from .rows import open_table
 from .text import FileError, FilePath, Source
 
 __all__ = ["files_of_matrices", "read_matrices"]
@@ -64,7 +64,7 @@ def files_of_matrices(folder: Path) -> list[Path]:
 
 def _matrix(path: Path) -> Floats:
     table = open_table(path)
-    values, _ = table.numbers(range(len(table.first)))
+    values = table.numbers(range(len(table.first)))
     if values.shape not in ((3, 4), (4, 4)):
         raise FileError(path, f"must hold a 4 x 4 matrix, not {len(values)} x {len(values.T)}")
     return np.vstack([values, [0, 0, 0, 1]])[:4]

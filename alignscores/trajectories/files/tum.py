@@ -13,8 +13,8 @@ def read_tum(path: FilePath, *, columns: str | None = None) -> Trajectory:
     Parameters
     ----------
     path : path
-        The file. Fields are separated by blanks, tabs, commas or semicolons. Blank lines, and what
-        stands behind #, are left out.
+        The file. Fields are separated by commas or semicolons, otherwise by blanks or tabs. Blank
+        lines, and what stands behind #, are left out.
     columns : str, optional
         What the columns hold: ``t`` (``t_s``, ``t_ms``, ``t_us``, ``t_ns``; seconds and nanoseconds
         are added), ``n`` (number of the frame), ``x y z``, ``qx qy qz qw``, ``r11`` to ``r33``, and

@@ -69,10 +69,10 @@ CASES = {  # the notes, and whether it has rotations
     ),
     "covariances": estimate(
         lambda t, p, q: text(t, p, q, more(q, 12), **COVARIANCES),
-        "read t_seconds x y z qx qy qz qw, not the other 12 of 20 columns",
+        "read t_s x y z qx qy qz qw, not the other 12 of 20 columns",
     ),
     "nanoseconds": estimate(
-        lambda t, p, q: text(t * 1e9, p, q), "time stamps in nanoseconds, as their size shows"
+        lambda t, p, q: text(t * 1e9, p, q), "time stamps in ns, as their size shows"
     ),
     "a lost frame of zeros": estimate(
         lambda t, p, q: text(t, p, q) + f"{t[-1] + 0.05:.6f} {ZEROS}",

@@ -25,6 +25,8 @@ VALUES = {
     "n": np.arange(N) * 3,
     "-": np.full(N, 0.25),
     "word": np.full(N, "map"),
+    "label": np.full(N, "run 1"),
+    "quoted_t": [f'"{stamp:.3f}' for stamp in STAMPS],
 }
 Q, W = "x y z qx qy qz qw", "x y z qw qx qy qz"
 MATRIX = "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
@@ -72,6 +74,7 @@ READ = {
     "a header of pandas": made(TUM, ",", "timestamp,x,y,z,qx,qy,qz,qw"),
     "quotes": made(TUM, ",", '"time","x","y","z","qx","qy","qz","qw"'),
     "a header above others": made(f"t_s {W}", header="# t x y z qw qx qy qz\n# of a run\n"),
+    "quoted numbers": made("quoted_t x y z", '","', end='"', holds="t_s x y z"),
     "capitals": made(f"t_s {W}", ",", "TimeStamp,posX,posY,posZ,rotW,rotX,rotY,rotZ"),
     "w first by a header": made(f"t_s {W}", header="# t px py pz qw qx qy qz"),
     "another order": made("qw qx qy qz x y z t_s", header="qw qx qy qz x y z time"),
@@ -85,12 +88,14 @@ READ = {
     "EuRoC": made(f"t_ns {W} - - - -", ",", EUROC),
     "EuRoC's leica0": made("t_ns x y z", ",", EUROC[: EUROC.index(", q_RS")]),
     "rostopic": made(f"- n t_ns word {Q}", ",", ROSTOPIC, holds=TUM),
+    "a text with blanks": made(f"label {TUM}", ",", "run,t,x,y,z,qx,qy,qz,qw", holds=TUM),
     "numbers of frames": made(f"n {Q}", header="# id x y z qx qy qz qw"),
     "KITTI-360": made(f"n {MATRIX}"),
     "KITTI-360, four rows": made(f"n {MATRIX} r41 r42 r43 r44"),
     "four rows": made(f"{MATRIX} r41 r42 r43 r44"),
     "stamps and matrices": made(f"t_s {MATRIX}"),
     "Euler angles": made("t_s x y z - - -", ",", "t,x,y,z,roll,pitch,yaw"),
+    "velocities first": made("t_s - - - x y z", header="t v_x v_y v_z p_x p_y p_z"),
     "milliseconds": made(f"t_ms {Q}"),
     "microseconds": made(f"t_us {Q}"),
     "nanoseconds": made(NS),
@@ -145,6 +150,7 @@ NAME_THEM = "name them, as in --columns 't x y z qx qy qz qw'"
         ("a text\nof words\n", None, "has no line of numbers"),
         ("1 2 3 4\n1 2 3\n", None, "line 2: has 3 columns, the first row 4"),
         ("1 2 3 4\n1 2 x 4\n", None, "line 2: 'x' is not a number; --columns names the columns"),
+        ("0,5 1,5 2,5 3,5\n", None, f"has 5 columns, .*{NAME_THEM}"),  # decimal commas
         ("x 2 3 4\n", None, "line 1: 'x' is not a number"),
         ("1 2 3 4\n", "t x y z qx qy qz qw", "has 4 columns, not the 8 of 't x y z"),
         ("nan 2 3 4\n", None, "line 1: the time stamp is not finite"),
