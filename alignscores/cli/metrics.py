@@ -1,7 +1,6 @@
-"""The command ``alignscores metrics``: the names of all metrics and formats."""
+"""The command ``alignscores metrics``: the names of all metrics."""
 
 from ..metrics import FAMILIES
-from ..trajectories.formats import FORMATS
 
 __all__ = ["listing"]
 
@@ -14,10 +13,9 @@ The definitions are in docs/reference/protocols.md."""
 
 
 def listing() -> str:
-    """Return all metrics and all formats, a line each."""
+    """Return all metrics, a line each."""
     metrics = [
         f"  {family.syntax:34} {family.description}{f' ({family.unit})' if family.unit else ''}"
         for family in FAMILIES
     ]
-    formats = [f"  {name:9} {form.help}" for name, form in FORMATS.items()]
-    return "\n".join(["metrics:", *metrics, "", LEGEND, "", "formats:", *formats])
+    return "\n".join([*metrics, "", LEGEND])

@@ -87,16 +87,11 @@ def conditions(scored: Sequence[Evaluation]) -> str:
     ours = [metric(name).family in SCORES for name in settings.metrics]
     if ours and not any(ours):
         return frames
-    aligned = f"alignment: {settings.alignment}"
-    if settings.alignment != "none":
-        first_seed, *others = settings.seeds
-        mean = f", mean over seeds {first_seed} to {others[-1]}" if others else ""
-        aligned += f" ({settings.registration}{mean})"
     times_d = "d" if settings.max_threshold == 1 else f"{settings.max_threshold:g} d"
     largest = settings.max_threshold * first.result.tas.unit
     unit = f"TAS up to {times_d} = {largest:.3g} {settings.form.unit}"
     half = [] if settings.metrics else ["half: threshold at score 0.5"]
-    return "; ".join([aligned, frames, unit, *half])
+    return "; ".join([settings.how_aligned, frames, unit, *half])
 
 
 def print_notes(results: Results, *, verbose: bool) -> None:

@@ -1,6 +1,7 @@
 """Files that are saved, an option each; and all of them in a folder."""
 
 import argparse
+import re
 import warnings
 from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
@@ -86,9 +87,8 @@ def _of_each(path: Path, names: Sequence[str]) -> dict[str | None, Path]:
     """Return the file of each estimate: of several each has its name, without slashes, appended."""
     if len(names) == 1:
         return {names[0]: path}
-    suffixes = {Path(name).suffix for name in names}
-    shared = suffixes.pop() if len(suffixes) == 1 else ""
-    short = numbered([name.replace("/", "_").removesuffix(shared) for name in names])
+    suffix = r"\.[a-z]+(?=$| \()"  # not of v1.2, and before the number of equal names
+    short = numbered([re.sub(suffix, "", name.replace("/", "_")) for name in names])
     files = (path.with_name(f"{path.stem}_{own}{path.suffix}") for own in short)
     return dict(zip(names, files, strict=True))
 

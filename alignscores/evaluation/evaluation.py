@@ -128,7 +128,7 @@ class Evaluation:
             for key, value in {**self.scores, "lost": self.lost}.items()
             if value is not None
         ]
-        caption = f"<caption>{escape(self.name)} ({escape(self.settings.how_aligned)})</caption>"
+        caption = f"<caption>{escape(f'{self.name}; {self.settings.how_aligned}')}</caption>"
         from ..pages.estimates import page
 
         frame = f'<iframe srcdoc="{escape(page([self]))}" width="100%" height="700"></iframe>'

@@ -355,15 +355,12 @@ class Settings:
 
     @property
     def how_aligned(self) -> str:
-        """Registration and alignment in words, as tables and plots name them."""
+        """Alignment and registration, as tables and plots name them."""
         if self.alignment == "none":
-            return "not aligned"
-        removed = {
-            "similarity": "",
-            "rigid": ", aligned without scale",
-            "yaw": f", aligned about the {self.up[-1]} axis, without scale",
-        }
-        return f"registration {self.registration}{removed[self.alignment]}"
+            return "alignment: none"
+        first, *others = self.seeds
+        mean = f", mean over seeds {first} to {others[-1]}" if others else ""
+        return f"alignment: {self.alignment} ({self.registration}{mean})"
 
     @property
     def form(self) -> Format:

@@ -97,8 +97,7 @@ def _conditions(first: Evaluation, kinds: Sequence[Kind]) -> str:
     limits = " and ".join(f"{kind.limit:.3g} {kind.unit}" for kind in kinds)
     unit = f"d = {first.result.tas.unit:.3g} {first.settings.form.unit}"
     lost = "score 0" if first.settings.missing == "fail" else "are left out"
-    n = len(first.tas_seeds)
-    seeds = f"; TAS and PAS are means over {n} seeds, drawings of the first" if n > 1 else ""
+    seeds = "; drawings of the first seed" if first.tas_seeds[1:] else ""
     how = first.settings.how_aligned
     return f"{how}; {unit}; largest thresholds {limits}; lost frames {lost}{seeds}"
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 from collections import Counter
 
 import numpy as np
@@ -54,6 +55,17 @@ def test_save_aligned(run, score, tmp_path, examples, files, read):
     assert {file.name for file in tmp_path.glob("aligned_*")} == {
         "aligned_estimate.txt",
         "aligned_estimate (2).txt",
+    }
+
+
+def test_each_estimate_keeps_its_name_in_its_file(run, tmp_path, examples):
+    for name in ("v1.1", "v1.2"):
+        shutil.copy(examples / TUM[2], tmp_path / name)
+    files = TUM[1], tmp_path / "v1.1", tmp_path / "v1.2"
+    assert run("tum", *files, "--save_aligned", tmp_path / "aligned.txt")[0] == 0
+    assert {file.name for file in tmp_path.glob("aligned_*")} == {
+        "aligned_v1.1.txt",
+        "aligned_v1.2.txt",
     }
 
 

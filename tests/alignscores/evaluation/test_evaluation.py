@@ -52,7 +52,7 @@ def test_reprs_name_the_registration(in_notebook, tum):
     assert repr(found.result.tas) == "TASResult(0.8805, n=40, registration='refined')"
     assert repr(found.estimate).startswith("Trajectory(38 poses, ")
     html = in_notebook(found)
-    assert "estimate.txt (registration refined)" in html
+    assert "estimate.txt; alignment: similarity (refined)" in html
     assert "<th>half_distance</th>" in html
 
 

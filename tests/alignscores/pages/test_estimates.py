@@ -62,7 +62,7 @@ def test_the_page_has_the_table_of_the_command_and_draws(run, saved, shown, form
 def test_cursors_say_the_scores_and_errors_of_the_run(saved, browse, examples, registration):
     evaluation = evaluate(*(examples / name for name in TUM[1:]), registration=registration)
     page = browse(saved(*TUM, "--registration", registration)[0])
-    seeds = "means over 10 seeds, drawings of the first" in page.evaluate(READ)["conditions"]
+    seeds = "mean over seeds 0 to 9" in page.evaluate(READ)["conditions"]
     assert seeds == (registration == "pcr99")
     frames, tas, ras = page.locator(".cursor").all()
     said = frames.locator("xpath=../../output")
