@@ -44,8 +44,6 @@ def find_lever_arm(gt_positions: Floats, est_poses: Floats, unit: float) -> Leve
     finite = finite_rows(est_poses)
     gt = gt_positions[finite] - gt_positions[finite].mean(axis=0)
     positions, rotations = est_poses[finite, :3, 3], est_poses[finite, :3, :3]
-    if len(gt) < 4:
-        raise ValueError("no lever arm is found: there are fewer than 4 poses")
     alignment = tas(gt, positions, unit=unit, registration="refined").alignment
     if alignment is None:
         raise ValueError("no lever arm is found: the positions cannot be aligned")
