@@ -138,6 +138,8 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
             if is_open and results.settings.est_format is None:
                 est_format = format_of(file, settings.est_columns or settings.columns)
                 settings = replace(settings, est_format=est_format)
+                if est_format != settings.format:
+                    print_note(f"{file}: detected format: {est_format}")
             results.scored.append(score(reference, file, settings, name=name))
         except FAILURES as error:
             results.fail(file, error)

@@ -196,6 +196,7 @@ def test_each_estimate_has_the_format_that_is_recognised(run, score):
     code, out, err = run(*TUM[1:], "none.txt", "euroc/data.csv", "--json")
     assert code == 1
     assert "error: none.txt: cannot be read" in err
+    assert "note: euroc/data.csv: detected format: euroc\n" in err
     results = json.loads(out)["results"]
     expected = score(*TUM) + score("tum", TUM[1], "euroc/data.csv", "--est_format", "euroc")
     assert [result["PAS"] for result in results] == [result["PAS"] for result in expected]
