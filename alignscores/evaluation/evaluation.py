@@ -123,11 +123,7 @@ class Evaluation:
         return f"Evaluation({self.name!r}, {scores}, registration={self.settings.registration!r})"
 
     def _repr_html_(self) -> str:
-        cells = [
-            f"<tr><th>{key}</th><td>{value:.4g}</td></tr>"
-            for key, value in {**self.scores, "lost": self.lost}.items()
-            if value is not None
-        ]
+        cells = [f"<tr><th>{key}</th><td>{text}</td></tr>" for key, text in self.row.items()]
         caption = f"<caption>{escape(f'{self.name}; {self.settings.how_aligned}')}</caption>"
         from ..pages.estimates import page
 

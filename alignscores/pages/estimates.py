@@ -47,14 +47,9 @@ class Kind:
         return evaluation.over_expected(self.result(evaluation).errors, np.inf)
 
     @property
-    def thresholds(self) -> Floats:
-        """The thresholds, the same for all."""
-        return self.result(next(iter(self.estimates.values()))).thresholds
-
-    @property
     def limit(self) -> float:
-        """The largest threshold."""
-        return float(self.thresholds[-1])
+        """The largest threshold, the same for all."""
+        return float(self.result(next(iter(self.estimates.values()))).thresholds[-1])
 
 
 def page(scored: Sequence[Evaluation], file: str = "reference") -> str:
@@ -164,11 +159,11 @@ def _cumulative(kind: Kind) -> str:
     """Draw the share of the frames below each threshold."""
     x = Axis(0, kind.limit, f"threshold of {kind.name}s [{kind.unit}]")
     y = Axis(0, 100, "frames below [%]")
-    ends = x(np.repeat([0, *kind.thresholds], 2)[1:-1])
     curves = []
     for index, one in kind.estimates.items():
         result = kind.result(one)
         below = 100 * result.cumulative_frequency / len(result.errors)
+        ends = x(np.repeat([0, *result.thresholds], 2)[1:-1])
         curves.append(curve(ends, y(np.repeat(below, 2)), index))
     return chart(x, [("", plot(y, curves))], f"Frames below each threshold of {kind.name}s")
 

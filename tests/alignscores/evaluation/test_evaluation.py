@@ -53,7 +53,7 @@ def test_reprs_name_the_registration(in_notebook, tum):
     assert repr(found.estimate).startswith("Trajectory(38 poses, ")
     html = in_notebook(found)
     assert "estimate.txt; alignment: similarity (refined)" in html
-    assert "<th>half_distance</th>" in html
+    assert "<th>half [m]</th><td>0.07</td>" in html
 
 
 def test_numbers_hang_together(tum):
