@@ -61,7 +61,7 @@ def outputs(
     arguments: argparse.Namespace, names: Sequence[str], settings: Settings
 ) -> list[Output]:
     """Return all files that will be written, whose packages are there."""
-    found: list[Output] = []
+    written: list[Output] = []
     for option, kind in KINDS.items():
         path = getattr(arguments, option)
         if path is None and arguments.output and kind.default and _is_possible(option, settings):
@@ -71,8 +71,8 @@ def outputs(
         if kind.needs:
             require(*kind.needs)
         files = _of_each(path, names) if kind.each else {None: path}
-        found += [(option, file, name) for name, file in files.items()]
-    return found
+        written += [(option, file, name) for name, file in files.items()]
+    return written
 
 
 def _is_possible(option: str, settings: Settings) -> bool:

@@ -28,9 +28,9 @@ def time_unit(stamps: Floats) -> str:
     return next(units, "ns")
 
 
-def in_seconds(stamps: Floats, path: FilePath) -> Floats:
-    """Return time stamps in seconds; warn where their size shows another unit."""
+def in_seconds(stamps: Floats, path: FilePath, usual: str = "s") -> Floats:
+    """Return time stamps in seconds; warn where their size shows a unit that is not usual."""
     unit = time_unit(stamps)
-    if unit != "s":
+    if unit not in ("s", usual):
         warn(path, f"time stamps in {unit}, as their size shows")
     return stamps / TIME_UNITS[unit]

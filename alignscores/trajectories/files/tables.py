@@ -15,7 +15,7 @@ from .poses import (
     warn,
 )
 from .rows import open_table
-from .stamps import TIME_UNITS, time_unit
+from .stamps import TIME_UNITS, in_seconds, time_unit
 from .text import FilePath, Source
 
 __all__ = ["read_stamps", "read_table"]
@@ -32,12 +32,10 @@ def read_table(path: FilePath, columns: str | None = None, *, euroc: bool = Fals
     used = [name for name in names if name != "-"]
     values = table.numbers([names.index(name) for name in used])
     column = dict(zip(used, values.T, strict=True))
-    keys, unit = _keys(column, table.source)
     if len(used) < len(names) and not euroc:
         unread = len(names) - len(used)
         warn(path, f"read {' '.join(used)}, not the other {unread} of {len(names)} columns")
-    if unit not in ("s", "ns" if euroc else "s"):
-        warn(path, f"time stamps in {unit}, as their size shows")
+    keys = _keys(column, table.source, usual="ns" if euroc else "s")
     return Trajectory(keys, _poses(column, table.source))
 
 
@@ -77,20 +75,19 @@ def read_stamps(path: FilePath) -> Floats:
     return stamps / TIME_UNITS[time_unit(stamps)]
 
 
-def _keys(column: dict[str, Floats], source: Source) -> tuple[NDArray[Any], str]:
-    """Return time stamps in seconds, with the unit that their size shows, or numbers of rows."""
+def _keys(column: dict[str, Floats], source: Source, usual: str) -> NDArray[Any]:
+    """Return time stamps in seconds, otherwise the numbers of frames or rows."""
     stamps = {name: values for name, values in column.items() if name[0] == "t"}
     for values in stamps.values():
         source.refuse(~np.isfinite(values), "the time stamp is not finite")
     if stamps and "t" not in stamps:
         parts = [values / TIME_UNITS[name[2:]] for name, values in stamps.items()]
-        return np.sum(parts, axis=0), "s"
+        return np.asarray(np.sum(parts, axis=0))
     keys = stamps.get("t", column.get("n", np.arange(0.0, len(column["x"]))))
     source.refuse(~np.isfinite(keys), "the number is not finite")
-    unit = time_unit(keys)
-    if not stamps and unit == "s" and (keys == np.round(keys)).all():
-        return keys.astype(np.int64), unit
-    return keys / TIME_UNITS[unit], unit
+    if not stamps and time_unit(keys) == "s" and (keys == np.round(keys)).all():
+        return keys.astype(np.int64)
+    return in_seconds(keys, source.path, usual)
 
 
 def _poses(column: dict[str, Floats], source: Source) -> Floats:
