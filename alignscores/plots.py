@@ -18,14 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from .arrays import Floats
-from .evaluation.evaluation import Evaluation
+from .evaluation.evaluation import PLOT_MODES, Evaluation
 from .texts import shortened
 from .trajectories.timeline import breaks
 from .validation import finite_rows
 
-__all__ = ["KINDS", "MODES", "figure_of", "score_panel"]
+__all__ = ["KINDS", "figure_of", "score_panel"]
 
-MODES = "xy", "xz", "yz", "xyz"
 SHADE = "#a8c4dc"
 EDGE = "#1f4e79"
 REFERENCE = {"color": "0.65", "linestyle": "-"}
@@ -53,13 +52,13 @@ def figure_of(
 ) -> Figure:
     """Draw estimates of one reference; by default all `KINDS`, below each other.
 
-    `plot_mode` is one of `MODES`, by default the two longest axes. `interactive`: as a figure of
-    pyplot, which it shows.
+    `plot_mode` is one of `PLOT_MODES`, by default the two longest axes. `interactive`: as a figure
+    of pyplot, which it shows.
     """
     if unknown := set(kinds) - set(KINDS):
         raise ValueError(f"kind must be one of {', '.join(KINDS)}, not {unknown.pop()!r}")
-    if plot_mode not in (None, *MODES):
-        raise ValueError(f"plot_mode must be one of {', '.join(MODES)}, not {plot_mode!r}")
+    if plot_mode not in (None, *PLOT_MODES):
+        raise ValueError(f"plot_mode must be one of {', '.join(PLOT_MODES)}, not {plot_mode!r}")
     kinds = kinds or list(KINDS)
     heights = [KINDS[kind][1] for kind in kinds]
     with rc_context(STYLE):

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ..evaluation.evaluation import PLOT_MODES
 from ..evaluation.notes import collected_warnings, reference_notes
 from ..evaluation.reading import format_of, read_reference
 from ..evaluation.scoring import score
@@ -42,7 +43,6 @@ EVERYDAY = {
     *("t_max_diff", "t_offset", "rate", "max_gap", "invert", "alignment", "missing", "metrics"),
     *("json", "output", "plot", "save_plot", "save_page", "save_results", "verbose", "version"),
 }
-MODES = ("xy", "xz", "yz", "xyz")
 
 
 def score_parser() -> Parser:
@@ -65,7 +65,7 @@ def score_parser() -> Parser:
     written = ", ".join(kind.default for kind in KINDS.values() if kind.default)
     add("-o", "--output", metavar="FOLDER", type=Path, help=f"write all results: {written}")
     add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
-    add("--plot_mode", choices=MODES, help="axes of trajectories (default: the two longest)")
+    add("--plot_mode", choices=PLOT_MODES, help="axes of trajectories (default: the two longest)")
     for name, kind in KINDS.items():
         help = f"{kind.help} ({', '.join(kind.suffixes)})"
         help += "; FILE_<name> if several" if kind.each else ""

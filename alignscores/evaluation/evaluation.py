@@ -28,10 +28,11 @@ from .matching import Matches
 from .perfect import simulated_scores
 from .settings import Settings
 
-__all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none", "median"]
+__all__ = ["LOST", "PLOT_MODES", "STATUSES", "Evaluation", "Note", "finite_or_none", "median"]
 
 STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
+PLOT_MODES = "xy", "xz", "yz", "xyz"  # axes of trajectories
 SAMPLE = 1000  # frames from which the chance level is computed
 NO_COLUMNS = {"TAS_seeds", "perfect", "alignment", "body_rotation", "lever_arm", "metrics", "notes"}
 

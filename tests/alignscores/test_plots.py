@@ -8,8 +8,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from alignscores import Trajectory, evaluate
+from alignscores.evaluation.evaluation import PLOT_MODES
 from alignscores.histogram import AlignmentScore
-from alignscores.plots import KINDS, MODES, figure_of, score_panel
+from alignscores.plots import KINDS, figure_of, score_panel
 from alignscores.trajectories.files import read_tum
 
 from .conftest import FILES
@@ -72,7 +73,7 @@ def test_poses_over_time_stand_at_their_own_times(examples):
     np.testing.assert_allclose(list(drawn.values()), keyframes.poses[:, 0, 3], atol=1e-6)
 
 
-@pytest.mark.parametrize("mode", [None, *MODES])
+@pytest.mark.parametrize("mode", [None, *PLOT_MODES])
 def test_the_trajectory_is_coloured_by_the_error_in_the_reference_s_unit(evaluation, mode):
     axes, bar = figure_of([evaluation], ["trajectory"], plot_mode=mode).axes
     assert bar.get_ylabel() == "position error [m]; line: d"
