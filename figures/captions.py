@@ -63,7 +63,7 @@ def captions(trials: pd.DataFrame) -> pd.DataFrame:
     for figure, experiment, (comparison, setting, before, after), metrics in CAPTIONS:
         of_experiment = trials[trials["experiment"] == experiment]
         if of_experiment.empty:
-            raise ValueError(f"there are no trials of the experiment {experiment}")
+            raise ValueError(f"there is no trial of the experiment {experiment}")
         means = of_experiment.groupby(CELL, as_index=False)[list(metrics)].mean()
         for metric, paper in metrics.items():
             row = {"figure": figure, "comparison": comparison, "metric": metric, "paper": paper}
@@ -76,7 +76,8 @@ def captions(trials: pd.DataFrame) -> pd.DataFrame:
 
 def to_markdown(table: pd.DataFrame) -> str:
     """Write the comparison in Markdown, in whole per cent as the paper has it."""
-    shown = table.astype({"paper": float})
+    shown = table.astype({"paper": float}).astype(object)
+    shown = shown.where(shown.notna(), None)
     text: str = shown.to_markdown(index=False, floatfmt="+.0f", missingval="–")
     return f"{text}\n\n{NOTE}"
 
@@ -95,7 +96,8 @@ def _work(options: Namespace) -> list[Path]:
         try:
             tables.append(pd.read_csv(path))
         except (OSError, ValueError) as error:
-            raise CommandError(f"cannot read {path}: {error}") from None
+            problem = getattr(error, "strerror", None) or " ".join(str(error).split())
+            raise CommandError(f"cannot read {path}: {problem}") from None
     try:
         table = captions(pd.concat(tables, ignore_index=True))
         for path in options.output:

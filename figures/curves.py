@@ -90,7 +90,9 @@ def check_metrics(trials: pd.DataFrame, metrics: Sequence[str] = ()) -> list[str
         numbers = pd.to_numeric(trials[name], errors="coerce")
         wrong = numbers.isna() & (trials[name].notna() | (name in CELL_SETTINGS))
         if wrong.any():
-            raise ValueError(f"has {trials[name][wrong].iloc[0]!r} in column {name}, not a number")
+            raise ValueError(
+                f"has {str(trials[name][wrong].iloc[0])!r} in column {name}, not a number"
+            )
     return names
 
 
@@ -205,7 +207,8 @@ def describe(axes: Axes, metric: str, mean: Floats, smallest: float, largest: fl
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_formatter("{x:g}°" if unit == "deg" else "{x:g}")
     arrow = "" if family is None else " ↑" if is_score else " ↓"
-    axes.set_title(metric.replace("(", "\n(") + arrow)
+    name, _, options = metric.partition("(")
+    axes.set_title("\n".join([name + arrow, *options.removesuffix(")").split(", ")]).strip())
     remarks = (["units"] if unit == "units" else []) + (["log scale"] if is_log else [])
     remark = axes.set_title(", ".join(remarks), loc="right")
     remark.set(fontsize=style.SMALL, color=style.FAINT)
@@ -227,12 +230,14 @@ def write(setting: str, value: object) -> str:
 
 def explain_glyphs(figure: Figure, trials: pd.DataFrame, x: Sequence[str]) -> None:
     """Draw the key of lines and bars below the panels."""
-    n_trials = trials.groupby([*CELL_SETTINGS]).size().max()
+    cells = [*CELL_SETTINGS, *(name for name in TEXTS if name in trials)]
+    n_trials = trials.groupby(cells).size().max()
+    over = " over all noise" if x[0].startswith("sigma") else ""
     handles: dict[str, Artist] = {
         "mean": Line2D([], [], color=style.FAINT),
         f"min to max of {n_trials} trials": _stroke(0.5),
         "min to max of all curves": Patch(color=style.GREY_BAND),
-        "min to max of one curve over all noise": _stroke(2.2),
+        f"min to max of one curve{over}": _stroke(2.2),
     }
     figure.legend(
         list(handles.values()),
