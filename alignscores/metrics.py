@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
-from .aligner import Seed
+from .registration import Seed
 from .arrays import Floats
-from .distance import ras_angle, tas_distance
+from .thresholds import ras_angle, tas_distance
 from .pose import pas
 from .protocols.cameras import estimated_positions
 from .protocols.families import Family, Metric, Missing, find

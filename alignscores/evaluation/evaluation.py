@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats
-from ..distance import N_THRESHOLDS, smallest_unit
+from ..thresholds import N_THRESHOLDS, smallest_unit
 from ..metrics import metric
 from ..pose import PASResult
 from ..similarity import Similarity

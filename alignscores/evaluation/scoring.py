@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats
-from ..distance import tas_distance, too_few
+from ..thresholds import tas_distance, too_few
 from ..metrics import SCORES, metric
 from ..pose import PASResult, pas
 from ..registration import Registration

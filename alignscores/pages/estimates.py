@@ -10,11 +10,10 @@ import numpy as np
 
 from ..arrays import Floats
 from ..comparison.tables import Cell, Table, as_html
-from ..distance import N_THRESHOLDS
+from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import collected_warnings
 from ..histogram import AlignmentScore
-from ..profile import ScoreProfile, tas_profile
 from ..texts import printable
 from ..trajectories.timeline import breaks
 from ..version import __version__

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..aligner import Seed
+from ..registration import Seed
 from ..arrays import Floats
 from ..averaging import nearest_rotations
 from ..validation import check_positions, check_rotations, check_same_length

@@ -187,6 +187,8 @@ static matrix best_rotation(const vector m[3])
         last = dot(c[k], c[k]) <= dot(c[last], c[last]) ? k : last;
     }
     int middle = 3 - first - last;
+    if (first == last) /* of numbers that are none, as where all cameras coincide */
+        return identity;
     double largest = sqrt(dot(c[first], c[first]));
     axes a = {.first = v[first], .normal = v[middle]};
     axes b = {.first = over(c[first], largest), .normal = c[middle]};
