@@ -138,7 +138,8 @@ def tlud_mean(rotations: Floats) -> Floats:
     centre = points[medoid(rotations)]
     inliers = rotations[np.linalg.norm(points - centre, axis=1) < TLUD_THRESHOLD]
     chordal = project_to_rotation(inliers.sum(axis=0))
-    return geodesic_l1_means(inliers[None], chordal[None], tolerance=TLUD_TOLERANCE)[0]
+    means = geodesic_l1_means(inliers[None], chordal[None], tolerance=TLUD_TOLERANCE)
+    return np.asarray(means[0])
 
 
 def yaw_mean(rotations: Floats, up: str) -> Floats:

@@ -32,7 +32,9 @@ class AlignmentScore:
     >>> from alignscores import ras
     >>> from scipy.spatial.transform import Rotation
     >>> gt = Rotation.identity(4)
-    >>> result = ras(gt, Rotation.from_euler("x", [[0], [0], [0], [3]], degrees=True), n_thresholds=2)
+    >>> result = ras(
+    ...     gt, Rotation.from_euler("x", [[0], [0], [0], [3]], degrees=True), n_thresholds=2
+    ... )
     >>> result.score, result.cumulative_frequency
     (1.0, array([4, 4]))
     """

@@ -1,7 +1,7 @@
 """Scores at all largest thresholds, and the threshold at which a score is reached.
 
-The score at a unit u is that with u in the place of d: the profile is the score over u, the half-score
-distance (angle) the u at which the score is one half. Not in the paper.
+The score at a unit u is that with u in the place of d: the profile is the score over u, the
+half-score distance (angle) the u at which the score is one half. Not in the paper.
 """
 
 import warnings

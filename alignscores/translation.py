@@ -7,7 +7,6 @@ from math import inf
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Floats
 from .histogram import AlignmentScore, area, cumulative_frequency, equal_steps
 from .registration import Registration, Search, Seed, kernel
 from .similarity import Similarity
@@ -20,9 +19,13 @@ from .validation import (
     finite_rows,
 )
 
-__all__ = ["TASResult", "closest_pair_quartile", "tas"]
+__all__ = ["TASResult", "UndefinedUnitError", "closest_pair_quartile", "tas"]
 
 NEGLIGIBLE = 1e-9  # of the extent of the cameras; a smaller d is rounding, no spacing
+
+
+class UndefinedUnitError(ValueError):
+    """The ground truth has no d."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -235,9 +238,7 @@ def tas(
     )
 
 
-def closest_pair_quartile(
-    gt_positions: ArrayLike, *, groups: ArrayLike | None = None
-) -> float:
+def closest_pair_quartile(gt_positions: ArrayLike, *, groups: ArrayLike | None = None) -> float:
     """Return d of the paper: the upper quartile of the distances to the closest other camera.
 
     Parameters
@@ -279,7 +280,7 @@ def closest_pair_quartile(
     n, labels = len(gt), check_groups(groups, len(gt), "gt_positions")
     by_hand = "pass unit= to set it by hand"
     if n < 4:
-        raise ValueError(
+        raise UndefinedUnitError(
             f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
             f"{by_hand}"
         )
@@ -287,12 +288,12 @@ def closest_pair_quartile(
     rank = (3 * n + 3) // 4  # ceil(3n/4), from 1
     d = float(np.partition(distances, rank - 1)[rank - 1])
     if d == inf:
-        raise ValueError(
-            "TAS has no unit: all cameras in gt_positions are of one rig frame, as groups= says, or "
-            f"too far apart to square their distances; {by_hand}"
+        raise UndefinedUnitError(
+            "TAS has no unit: all cameras in gt_positions have one label in groups=, or are too far "
+            f"apart to square their distances; {by_hand}"
         )
     if d <= float((NEGLIGIBLE * gt.max(axis=0) - NEGLIGIBLE * gt.min(axis=0)).max()):
-        raise ValueError(
+        raise UndefinedUnitError(
             "TAS has no unit: at least three quarters of the cameras in gt_positions coincide with "
             f"another one; pass groups= if they are cameras of one rig, or {by_hand}"
         )

@@ -82,7 +82,7 @@ def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> N
 
 
 def check_position_pair(gt_positions: ArrayLike, est_positions: ArrayLike) -> tuple[Floats, Floats]:
-    """Return checked positions (n, 3) of ground truth and estimate, of which some may be missing."""
+    """Return checked positions (n, 3) of ground truth and estimate; estimates may be missing."""
     gt = check_positions(gt_positions, "gt_positions", complete=True)
     est = check_positions(est_positions, "est_positions", complete=False)
     check_same_length(gt, est, "gt_positions", "est_positions")

@@ -55,10 +55,11 @@ class Registration(Protocol):
 class Search:
     """The search for the alignment of checked positions (n, 3), at one or several thresholds.
 
-    The arguments are those of `tas`; ``rank`` is m, by default the paper's. The estimated cameras are registered in normalised frames:
-    centred on their medians and in units of powers of two near their spreads, which rounds nothing,
-    so that neither a far origin nor very large or small numbers cost digits. At several thresholds
-    the refined registration draws its hypotheses once, and each alignment is a start at the next.
+    The arguments are those of `tas`; ``rank`` is m, by default the paper's. The estimated cameras
+    are registered in normalised frames, centred on their medians and in units of powers of two near
+    their spreads: neither a far origin nor very large or small numbers cost digits. At several
+    thresholds the refined registration draws its hypotheses once, and each alignment is a start at
+    the next.
     """
 
     def __init__(
@@ -163,7 +164,12 @@ class Search:
         gt_centre, est_centre = self._gt_frame[:3], self._est_frame[:3]
         if self._axes is not None:
             back = np.argsort(self._axes)
-            R, t, gt_centre, est_centre = R[back][:, back], t[back], gt_centre[back], est_centre[back]
+            R, t, gt_centre, est_centre = (
+                R[back][:, back],
+                t[back],
+                gt_centre[back],
+                est_centre[back],
+            )
         scale = similarity.scale * est_unit / gt_unit
         turned = scale * R * gt_centre
         origin = turned[:, 0] + turned[:, 1] + turned[:, 2]
@@ -181,12 +187,13 @@ class Search:
             )
             # In random order, so that the first cameras are a sample; far outliers can be squared.
             order = np.random.default_rng(0).permutation(self._gt.shape[1])
-            self._shuffled = [
+            self._shuffled_gt, self._shuffled_est = (
                 np.clip(points.take(order, axis=1), -FARTHEST_SQUARABLE, FARTHEST_SQUARABLE)
                 for points in (self._gt, self._est)
-            ]
+            )
         kernel.refine(
-            *self._shuffled,
+            self._shuffled_gt,
+            self._shuffled_est,
             self.alignment,
             self._hypotheses,
             threshold=threshold,

@@ -43,17 +43,38 @@ def _load() -> ctypes.CDLL:
 
 _LIBRARY = _load()
 _ARRAY = c_void_p
+_SCENE = c_size_t, _ARRAY, _ARRAY, c_int  # n, both points (3, n), alignment group
 _LIBRARY.closest_distances.argtypes = c_size_t, _ARRAY, _ARRAY, _ARRAY
 _LIBRARY.closest_distances.restype = c_bool
 _LIBRARY.normalise.argtypes = c_size_t, _ARRAY, _ARRAY, _ARRAY
 _LIBRARY.normalise.restype = c_bool
-_LIBRARY.pcr99.argtypes = c_size_t, _ARRAY, _ARRAY, c_int, c_size_t, c_size_t, c_double, _ARRAY, _ARRAY
+_LIBRARY.pcr99.argtypes = (
+    c_size_t,
+    _ARRAY,
+    _ARRAY,
+    c_int,
+    c_size_t,
+    c_size_t,
+    c_double,
+    _ARRAY,
+    _ARRAY,
+)
 _LIBRARY.pcr99.restype = c_ssize_t
 _LIBRARY.max_hypotheses.argtypes = c_size_t, c_size_t
 _LIBRARY.max_hypotheses.restype = c_size_t
-_LIBRARY.refined_hypotheses.argtypes = c_size_t, _ARRAY, _ARRAY, c_int, c_size_t, _ARRAY, _ARRAY
+_LIBRARY.refined_hypotheses.argtypes = *_SCENE, c_size_t, _ARRAY, _ARRAY
 _LIBRARY.refined_hypotheses.restype = c_ssize_t
-_LIBRARY.refine.argtypes = c_size_t, _ARRAY, _ARRAY, c_int, _ARRAY, c_size_t, c_bool, c_double, _ARRAY
+_LIBRARY.refine.argtypes = (
+    c_size_t,
+    _ARRAY,
+    _ARRAY,
+    c_int,
+    _ARRAY,
+    c_size_t,
+    c_bool,
+    c_double,
+    _ARRAY,
+)
 _LIBRARY.refine.restype = c_bool
 _LIBRARY.medoid.argtypes = c_size_t, _ARRAY, c_double
 _LIBRARY.medoid.restype = c_ssize_t
@@ -63,7 +84,7 @@ _address_of.restype = c_void_p
 
 
 def closest_distances(positions: Floats, groups: Floats | None) -> Floats:
-    """Return the distance of each position (n, 3) to the closest one of another group, in any order.
+    """Return the distances of positions (n, 3) to the closest one of another group, in any order.
 
     Without groups (n,), each position is one; the distance is infinite where there is no other.
     """
@@ -166,7 +187,7 @@ def refine(
 
 
 def medoid(rotations: Floats, threshold: float) -> int:
-    """Return the row of the rotation (n, 3, 3) with the least sum of truncated chordal distances."""
+    """Return the row of the rotation (n, 3, 3) with the least sum of truncated distances."""
     row: int = _LIBRARY.medoid(len(rotations), rotations.ctypes.data, threshold)
     _check_memory(row >= 0)
     return row
