@@ -165,7 +165,10 @@ def prescreened_triplets(
     Where no more triplets exist than are wanted, all that pass, each with its three first edges;
     otherwise random ones, as many as are wanted or found in 1000 draws for each.
     """
-    n, rho = len(c), np.log(cdist(c_est, c_est) / cdist(c, c))  # NaN never passes
+    n = len(c)
+    with np.errstate(all="ignore"):
+        rho = np.log(cdist(c_est, c_est) / cdist(c, c))
+    rho[~np.isfinite(rho)] = np.nan  # coincident cameras never pass
 
     def passes(triplets: Indices) -> Booleans:
         i, j, k = triplets

@@ -289,8 +289,8 @@ def closest_pair_quartile(gt_positions: ArrayLike, *, groups: ArrayLike | None =
     d = float(np.partition(distances, rank - 1)[rank - 1])
     if d == inf:
         raise UndefinedUnitError(
-            "TAS has no unit: all cameras in gt_positions have one label in groups=, or are too far "
-            f"apart to square their distances; {by_hand}"
+            "TAS has no unit: all cameras in gt_positions have one label in groups=, or are too "
+            f"far apart to square their distances; {by_hand}"
         )
     if d <= float((NEGLIGIBLE * gt.max(axis=0) - NEGLIGIBLE * gt.min(axis=0)).max()):
         raise UndefinedUnitError(

@@ -96,7 +96,8 @@ class Search:
         unit = np.nan if alignment == "similarity" else self._gt_frame[3]
         self._est, self._est_frame = kernel.normalise(np.ascontiguousarray(est), unit)
         if alignment == "none":
-            self._gt, self._est = (np.ascontiguousarray(p.T) / unit for p in (gt, est))
+            with np.errstate(over="ignore"):  # infinitely far
+                self._gt, self._est = (np.ascontiguousarray(p.T) / unit for p in (gt, est))
             self._gt_frame[:3] = self._est_frame[:3] = 0.0
         self._hypotheses: Floats | None = None  # of the refined registration
         self._best = np.full(13, np.nan)
@@ -170,10 +171,11 @@ class Search:
                 gt_centre[back],
                 est_centre[back],
             )
-        scale = similarity.scale * est_unit / gt_unit
-        turned = scale * R * gt_centre
-        origin = turned[:, 0] + turned[:, 1] + turned[:, 2]
-        return Similarity(float(scale), R, est_centre + est_unit * t - origin)
+        with np.errstate(over="ignore", invalid="ignore"):
+            scale = similarity.scale * est_unit / gt_unit
+            turned = scale * R * gt_centre
+            origin = turned[:, 0] + turned[:, 1] + turned[:, 2]
+            return Similarity(float(scale), R, est_centre + est_unit * t - origin)
 
     def _refine(self, threshold: float) -> tuple[Similarity | None, int]:
         is_first = self._hypotheses is None
