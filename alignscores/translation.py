@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .arrays import Floats
 from .histogram import AlignmentScore, area, cumulative_frequency, equal_steps
 from .registration import Registration, Search, Seed, kernel
 from .similarity import Similarity
@@ -106,7 +107,7 @@ def tas(
         d in ground-truth units; by default the upper quartile of the closest-pair distances.
     groups : (n,) array_like, optional
         Labels of rows: those of the same label are cameras of one rig frame and no neighbours of
-        each other, so that d is the spacing of the path, not the baseline of the rig.
+        each other, so that d is the spacing of the rig's positions and not its baseline.
     n_hypotheses : int
         Number of hypotheses of the registration.
     max_threshold : float
@@ -246,8 +247,8 @@ def closest_pair_quartile(gt_positions: ArrayLike, *, groups: ArrayLike | None =
     gt_positions : (n, 3) array_like
         Finite camera centres, at least 4.
     groups : (n,) array_like, optional
-        Labels of rows: those of the same label are cameras of one rig frame and no neighbours of
-        each other.
+        Labels of rows: those of the same label are cameras of one rig frame, which counts as one
+        camera at their mean position.
 
     Returns
     -------
@@ -257,8 +258,7 @@ def closest_pair_quartile(gt_positions: ArrayLike, *, groups: ArrayLike | None =
     Raises
     ------
     ValueError
-        If there are fewer than 4 cameras, all belong to one rig frame, or d is below 1e-9 of the
-        extent of the cameras.
+        If there are fewer than 4 cameras (rig frames), or d is below 1e-9 of their extent.
 
     References
     ----------
@@ -270,31 +270,36 @@ def closest_pair_quartile(gt_positions: ArrayLike, *, groups: ArrayLike | None =
     >>> closest_pair_quartile([[0, 0, 0], [1, 0, 0], [3, 0, 0], [7, 0, 0]])
     2.0
 
-    Two cameras of a stereo rig, 0.1 apart, at three positions:
+    A stereo rig with a baseline of 0.1 at the same positions:
 
-    >>> rig = [[0, 0, 0], [0, 0.1, 0], [1, 0, 0], [1, 0.1, 0], [3, 0, 0], [3, 0.1, 0]]
-    >>> closest_pair_quartile(rig), closest_pair_quartile(rig, groups=[0, 0, 1, 1, 2, 2])
+    >>> rig = [[x, y, 0] for x in (0, 1, 3, 7) for y in (0, 0.1)]
+    >>> closest_pair_quartile(rig), closest_pair_quartile(rig, groups=[0, 0, 1, 1, 2, 2, 3, 3])
     (0.1, 2.0)
     """
-    gt = check_positions(gt_positions, "gt_positions", complete=True)
-    n, labels = len(gt), check_groups(groups, len(gt), "gt_positions")
-    by_hand = "pass unit= to set it by hand"
+    positions = check_positions(gt_positions, "gt_positions", complete=True)
+    cameras, by_hand = "cameras", "pass unit= to set it by hand"
+    if groups is not None:
+        positions, cameras = _rig_positions(positions, groups), "rig frames"
+    n = len(positions)
     if n < 4:
         raise UndefinedUnitError(
-            f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
+            f"TAS needs at least 4 ground-truth {cameras} to derive its unit, but there are {n}; "
             f"{by_hand}"
         )
-    distances = kernel.closest_distances(np.ascontiguousarray(gt), labels)
+    distances = kernel.closest_distances(np.ascontiguousarray(positions))
     rank = (3 * n + 3) // 4  # ceil(3n/4), from 1
     d = float(np.partition(distances, rank - 1)[rank - 1])
-    if d == inf:
+    negligible = (NEGLIGIBLE * positions.max(axis=0) - NEGLIGIBLE * positions.min(axis=0)).max()
+    if not negligible < d < inf:
         raise UndefinedUnitError(
-            "TAS has no unit: all cameras in gt_positions have one label in groups=, or are too "
-            f"far apart to square their distances; {by_hand}"
-        )
-    if d <= float((NEGLIGIBLE * gt.max(axis=0) - NEGLIGIBLE * gt.min(axis=0)).max()):
-        raise UndefinedUnitError(
-            "TAS has no unit: at least three quarters of the cameras in gt_positions coincide with "
-            f"another one; pass groups= if they are cameras of one rig, or {by_hand}"
+            f"TAS has no unit: at least three quarters of the {cameras} in gt_positions coincide "
+            f"with another one; pass groups= if they are cameras of one rig, or {by_hand}"
         )
     return d
+
+
+def _rig_positions(positions: Floats, groups: ArrayLike) -> Floats:
+    """Return the mean position of each rig frame."""
+    labels = check_groups(groups, len(positions), "gt_positions")
+    shares = positions / np.bincount(labels)[labels, None]
+    return np.column_stack([np.bincount(labels, share) for share in shares.T])

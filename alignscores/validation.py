@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import Booleans, Floats
+from .arrays import Booleans, Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -89,10 +89,8 @@ def check_position_pair(gt_positions: ArrayLike, est_positions: ArrayLike) -> tu
     return gt, est
 
 
-def check_groups(groups: ArrayLike | None, n: int, name: str) -> Floats | None:
-    """Return the labels of n rows as numbers from 0, None for None; or raise ValueError."""
-    if groups is None:
-        return None
+def check_groups(groups: ArrayLike, n: int, name: str) -> Indices:
+    """Return the labels of n rows as numbers from 0, or raise ValueError."""
     labels = np.asarray(groups)
     if labels.shape != (n,):
         raise ValueError(
@@ -101,10 +99,9 @@ def check_groups(groups: ArrayLike | None, n: int, name: str) -> Floats | None:
     if labels.dtype.kind == "f" and np.isnan(labels).any():
         raise ValueError(f"groups[{int(np.argmax(np.isnan(labels)))}] is NaN, which is no label")
     try:
-        numbers = np.unique(labels, return_inverse=True)[1]
+        return np.unique(labels, return_inverse=True)[1]
     except TypeError:
         raise ValueError("groups must be labels of one kind, such as numbers or names") from None
-    return numbers.astype(np.float64)
 
 
 def check_positive(value: float, name: str, *, integer: bool = False) -> float:

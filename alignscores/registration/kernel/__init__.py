@@ -44,7 +44,7 @@ def _load() -> ctypes.CDLL:
 _LIBRARY = _load()
 _ARRAY = c_void_p
 _SCENE = c_size_t, _ARRAY, _ARRAY, c_int  # n, both points (3, n), alignment group
-_LIBRARY.closest_distances.argtypes = c_size_t, _ARRAY, _ARRAY, _ARRAY
+_LIBRARY.closest_distances.argtypes = c_size_t, _ARRAY, _ARRAY
 _LIBRARY.closest_distances.restype = c_bool
 _LIBRARY.normalise.argtypes = c_size_t, _ARRAY, _ARRAY, _ARRAY
 _LIBRARY.normalise.restype = c_bool
@@ -83,20 +83,11 @@ _address_of.argtypes = ctypes.py_object, ctypes.c_char_p
 _address_of.restype = c_void_p
 
 
-def closest_distances(positions: Floats, groups: Floats | None) -> Floats:
-    """Return the distances of positions (n, 3) to the closest one of another group, in any order.
-
-    Without groups (n,), each position is one; the distance is infinite where there is no other.
-    """
+def closest_distances(positions: Floats) -> Floats:
+    """Return the distances of positions (n, 3) to the closest other one each, in some order."""
     distances = np.empty(len(positions))
-    _check_memory(
-        _LIBRARY.closest_distances(
-            len(positions),
-            positions.ctypes.data,
-            None if groups is None else groups.ctypes.data,
-            distances.ctypes.data,
-        )
-    )
+    arrays = positions.ctypes.data, distances.ctypes.data
+    _check_memory(_LIBRARY.closest_distances(len(positions), *arrays))
     return distances
 
 

@@ -79,7 +79,7 @@ typedef struct {
 /* memory.c */
 void *allocate(size_t count, size_t size); /* NULL without memory */
 double nth_smallest(double *values, size_t n, size_t rank); /* reorders them; ranks begin at 0 */
-void split_rows(double *const *rows, size_t n_rows, ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle);
+void split_rows(double *const rows[3], ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle);
 
 /* frames.c */
 bool robust_frame(size_t n, const double *rows, double frame[4]);

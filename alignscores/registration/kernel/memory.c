@@ -43,8 +43,8 @@ double nth_smallest(double *values, size_t n, size_t rank)
     return values[rank];
 }
 
-/* Reorder the columns of rows from `low` to `high` by the first row, halved at `middle`. */
-void split_rows(double *const *rows, size_t n_rows, ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle)
+/* Reorder the columns of three rows from `low` to `high` by the first row, halved at `middle`. */
+void split_rows(double *const rows[3], ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle)
 {
-    find(rows, n_rows, low, high - 1, middle);
+    find(rows, 3, low, high - 1, middle);
 }

@@ -5,9 +5,9 @@
 #define LEAF 32 /* positions at most, all of which are looked at */
 
 /* Positions from `low` to `high` are split at the middle one, along an axis that is stored there with
-   the coordinate; the halves are split alike. Positions of one group are no neighbours. */
+   the coordinate; the halves are split alike. */
 typedef struct {
-    double *position[3], *group;
+    double *position[3];
     int *axes;
     double *splits;
 } tree;
@@ -37,27 +37,27 @@ static void build(tree *t, ptrdiff_t low, ptrdiff_t high)
         return;
     ptrdiff_t middle = low + (high - low) / 2;
     int axis = widest(t, low, high);
-    double *const rows[4] = {t->position[axis], t->position[(axis + 1) % 3],
-                             t->position[(axis + 2) % 3], t->group};
-    split_rows(rows, 4, low, high, middle);
+    double *const rows[3] = {t->position[axis], t->position[(axis + 1) % 3],
+                             t->position[(axis + 2) % 3]};
+    split_rows(rows, low, high, middle);
     t->axes[middle] = axis;
     t->splits[middle] = rows[0][middle];
     build(t, low, middle);
     build(t, middle, high);
 }
 
-/* The squared distance of position `self` to the closest one of another group from `low` to `high`, if
-   it is below that found so far. */
+/* The squared distance of position `self` to the closest other one from `low` to `high`, if it is
+   below that found so far. */
 EVERY_WIDTH
 static double closest_of(const double *restrict x, const double *restrict y,
-                         const double *restrict z, const double *restrict group, ptrdiff_t low,
-                         ptrdiff_t high, ptrdiff_t self, double least)
+                         const double *restrict z, ptrdiff_t low, ptrdiff_t high, ptrdiff_t self,
+                         double least)
 {
-    const double a = x[self], b = y[self], c = z[self], own = group[self];
+    const double a = x[self], b = y[self], c = z[self];
 #pragma omp simd reduction(min : least)
     for (ptrdiff_t i = low; i < high; i++) {
         double u = x[i] - a, v = y[i] - b, w = z[i] - c;
-        double square = group[i] == own ? INFINITY : u * u + v * v + w * w;
+        double square = i == self ? INFINITY : u * u + v * v + w * w;
         least = square < least ? square : least;
     }
     return least;
@@ -66,8 +66,7 @@ static double closest_of(const double *restrict x, const double *restrict y,
 static double closest(const tree *t, ptrdiff_t low, ptrdiff_t high, ptrdiff_t self, double least)
 {
     if (high - low <= LEAF)
-        return closest_of(t->position[0], t->position[1], t->position[2], t->group, low, high, self,
-                          least);
+        return closest_of(t->position[0], t->position[1], t->position[2], low, high, self, least);
     ptrdiff_t middle = low + (high - low) / 2;
     double off = t->position[t->axes[middle]][self] - t->splits[middle];
     if (off < 0) {
@@ -78,21 +77,18 @@ static double closest(const tree *t, ptrdiff_t low, ptrdiff_t high, ptrdiff_t se
     return off * off < least ? closest(t, low, middle, self, least) : least;
 }
 
-/* The distances of positions, rows of coordinates, to the closest one of another group each, in some
-   order; infinite where there is no other group. Without groups each is one. Return false without
-   memory. */
+/* The distances of positions, rows of coordinates, to the closest other one each, in some order. Return
+   false without memory. */
 EXPORTED
-bool closest_distances(size_t n, const double *rows, const double *groups, double *distances)
+bool closest_distances(size_t n, const double *rows, double *distances)
 {
     double frame[4] = {0, 0, 0, NAN};
-    double *copy = allocate(n, 5 * sizeof *copy);
+    double *copy = allocate(n, 4 * sizeof *copy);
     int *axes = allocate(n, sizeof *axes);
     bool done = copy && axes && robust_frame(n, rows, frame);
     if (done) {
-        tree t = {{copy, copy + n, copy + 2 * n}, copy + 3 * n, axes, copy + 4 * n};
+        tree t = {{copy, copy + n, copy + 2 * n}, axes, copy + 3 * n};
         to_frame(n, rows, frame, copy);
-        for (size_t i = 0; i < n; i++)
-            t.group[i] = groups ? groups[i] : (double)i;
         build(&t, 0, (ptrdiff_t)n);
         for (ptrdiff_t i = 0; i < (ptrdiff_t)n; i++)
             distances[i] = frame[3] * sqrt(closest(&t, 0, (ptrdiff_t)n, i, INFINITY));
