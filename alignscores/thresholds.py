@@ -485,8 +485,8 @@ def _checked_units(units: ArrayLike) -> Floats:
 
 def _sorted_errors(search: Search, threshold: float) -> Floats:
     """Return the errors under the best alignment for a largest threshold, in ascending order."""
-    similarity, _ = search.register(threshold)
-    return np.sort(search.errors(similarity))
+    found, _ = search.register(threshold)
+    return np.sort(search.errors(found))
 
 
 def _search_unit(

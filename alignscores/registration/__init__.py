@@ -85,9 +85,9 @@ class Search:
         self._at_several, self._prescreen = at_several, prescreen
         # m of the paper, the rank of the error that is the cost; halves are rounded up.
         self._m = max(4, (len(gt) + 5) // 10) if rank is None else int(rank)
-        self.estimated = finite_rows(est)
-        if not self.estimated.all():
-            gt, est = gt[self.estimated], est[self.estimated]
+        self._n, self._estimated = len(gt), None if np.isfinite(est).all() else finite_rows(est)
+        if self._estimated is not None:
+            gt, est = gt[self._estimated], est[self._estimated]
         # Under "yaw" the vertical axis becomes the third one.
         self._axes = np.roll(np.arange(3), -1 - "xyz".index(up[-1])) if alignment == "yaw" else None
         if self._axes is not None:
@@ -107,16 +107,17 @@ class Search:
         """Whether the alignment is the same at all thresholds."""
         return self.alignment == "none" or self.name == "pcr99"
 
-    def register(self, threshold: float) -> tuple[Similarity | None, int]:
-        """Return the best alignment in normalised frames, or None, and the number of hypotheses.
+    def register(self, threshold: float) -> tuple[Floats | None, int]:
+        """Return the best alignment, or None, and the number of hypotheses.
 
-        The largest error threshold is in ground-truth units.
+        The alignment is a row of scale, rotation and translation in normalised frames; the largest
+        error threshold is in ground-truth units.
         """
         n = self._gt.shape[1]
         if n < N_CAMERAS_NEEDED[self.alignment]:
             return None, 0
         if self.alignment == "none":
-            return Similarity(1.0, np.eye(3), np.zeros(3)), 1
+            return _row(Similarity(1.0, np.eye(3), np.zeros(3))), 1
         rank, threshold = min(self._m, n), threshold / self._gt_frame[3]
         if callable(self._registration):
             registered: Any = self._registration(
@@ -128,7 +129,8 @@ class Search:
                 rng=np.random.default_rng(self._rng),
                 alignment=self.alignment,
             )
-            return _checked(registered, self.alignment)
+            similarity, n_used = _checked(registered, self.alignment)
+            return None if similarity is None else _row(similarity), n_used
         if self._registration == "pcr99":
             row, n_used = kernel.pcr99(
                 self._gt,
@@ -139,45 +141,42 @@ class Search:
                 prescreen=self._prescreen,
                 rng=self._generator,
             )
-            return _similarity(row), n_used
+            return None if np.isnan(row[0]) else row, n_used
         return self._refine(threshold)
 
-    def errors(self, similarity: Similarity | None) -> Floats:
-        """Return the errors (n,) in ground-truth units under an alignment of normalised frames.
+    def errors(self, row: Floats | None) -> Floats:
+        """Return the errors (n,) under an alignment that was found, in ground-truth units.
 
         They are infinite where a camera was not estimated, or without an alignment.
         """
-        errors = np.full(len(self.estimated), np.inf)
-        if similarity is not None:
-            s, R, t = similarity.scale, similarity.rotation, similarity.translation[:, None]
-            x, y, z = self._gt
-            with np.errstate(over="ignore", invalid="ignore"):  # infinitely far
-                u, v, w = (self._est - t) * (1 / s) - (R[:, :1] * x + R[:, 1:2] * y + R[:, 2:] * z)
-                errors[self.estimated] = self._gt_frame[3] * np.sqrt(u * u + v * v + w * w)
+        if row is None:
+            return np.full(self._n, np.inf)
+        found = kernel.errors(self._gt, self._est, row, unit=self._gt_frame[3])
+        if self._estimated is None:
+            return found
+        errors = np.full(self._n, np.inf)
+        errors[self._estimated] = found
         return errors
 
-    def denormalised(self, similarity: Similarity | None) -> Similarity | None:
-        """Return an alignment of normalised frames as that of the positions themselves."""
-        if similarity is None:
+    def similarity(self, row: Floats | None) -> Similarity | None:
+        """Return an alignment that was found as that of the positions themselves."""
+        if row is None:
             return None
-        R, t = similarity.rotation, similarity.translation
-        gt_unit, est_unit = self._gt_frame[3], self._est_frame[3]
-        gt_centre, est_centre = self._gt_frame[:3], self._est_frame[:3]
+        R, t = row[1:10].reshape(3, 3), row[10:]
+        gt_frame, est_frame = self._gt_frame, self._est_frame
         if self._axes is not None:
             back = np.argsort(self._axes)
-            R, t, gt_centre, est_centre = (
-                R[back][:, back],
-                t[back],
-                gt_centre[back],
-                est_centre[back],
-            )
-        with np.errstate(over="ignore", invalid="ignore"):
-            scale = similarity.scale * est_unit / gt_unit
-            turned = scale * R * gt_centre
-            origin = turned[:, 0] + turned[:, 1] + turned[:, 2]
-            return Similarity(float(scale), R, est_centre + est_unit * t - origin)
+            R, t = R[back][:, back], t[back]
+            gt_frame, est_frame = gt_frame[[*back, 3]], est_frame[[*back, 3]]
+        # In Python's numbers, which are the faster ones here and overflow without a warning.
+        (x, y, z, gt_unit), (*est_centre, est_unit) = gt_frame.tolist(), est_frame.tolist()
+        s = float(row[0]) * est_unit / gt_unit
+        origin = [s * u * x + s * v * y + s * w * z for u, v, w in R.tolist()]
+        moved = zip(est_centre, t.tolist(), origin, strict=True)
+        translation = np.array([centre + est_unit * k - start for centre, k, start in moved])
+        return Similarity(s, R, translation)
 
-    def _refine(self, threshold: float) -> tuple[Similarity | None, int]:
+    def _refine(self, threshold: float) -> tuple[Floats | None, int]:
         is_first = self._hypotheses is None
         if self._hypotheses is None:
             self._hypotheses = kernel.refined_hypotheses(
@@ -202,7 +201,8 @@ class Search:
             best=self._best,
             is_first_of_several=self._at_several and is_first,
         )
-        return _similarity(self._best.copy()), len(self._hypotheses)
+        row = None if np.isnan(self._best[0]) else self._best.copy()
+        return row, len(self._hypotheses)
 
 
 def pcr99(
@@ -236,8 +236,8 @@ def pcr99(
         rank=rank,
         prescreen=prescreen,
     )
-    similarity, n_used = search.register(threshold)
-    return search.denormalised(similarity), n_used
+    row, n_used = search.register(threshold)
+    return search.similarity(row), n_used
 
 
 def _name(registration: str | Registration) -> str:
@@ -258,11 +258,9 @@ def _generator(rng: Seed) -> np.random.Generator:
         raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
 
 
-def _similarity(row: Floats) -> Similarity | None:
-    """Return the alignment in a row of the kernel; None if its scale is NaN."""
-    if np.isnan(row[0]):
-        return None
-    return Similarity(float(row[0]), row[1:10].reshape(3, 3), row[10:])
+def _row(similarity: Similarity) -> Floats:
+    """Return an alignment as the kernel has it."""
+    return np.array([similarity.scale, *similarity.rotation.flat, *similarity.translation])
 
 
 def _checked(registered: Any, alignment: str) -> tuple[Similarity | None, int]:

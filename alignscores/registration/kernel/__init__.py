@@ -16,6 +16,7 @@ from ...similarity import ALIGNMENTS
 
 __all__ = [
     "closest_distances",
+    "errors",
     "medoid",
     "normalise",
     "pcr99",
@@ -76,6 +77,8 @@ _LIBRARY.refine.argtypes = (
     _ARRAY,
 )
 _LIBRARY.refine.restype = c_bool
+_LIBRARY.position_errors.argtypes = c_size_t, _ARRAY, _ARRAY, _ARRAY, c_double, _ARRAY
+_LIBRARY.position_errors.restype = None
 _LIBRARY.medoid.argtypes = c_size_t, _ARRAY, c_double
 _LIBRARY.medoid.restype = c_ssize_t
 _address_of = ctypes.pythonapi.PyCapsule_GetPointer
@@ -175,6 +178,14 @@ def refine(
             best.ctypes.data,
         )
     )
+
+
+def errors(gt: Floats, est: Floats, alignment: Floats, *, unit: float) -> Floats:
+    """Return the errors (n,) of points under an alignment (13,); the unit is the ground truth's."""
+    errors = np.empty(gt.shape[1])
+    arrays = gt.ctypes.data, est.ctypes.data, alignment.ctypes.data
+    _LIBRARY.position_errors(len(errors), *arrays, unit, errors.ctypes.data)
+    return errors
 
 
 def medoid(rotations: Floats, threshold: float) -> int:

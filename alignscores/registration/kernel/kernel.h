@@ -1,7 +1,7 @@
 /* What the files of the kernel share: vectors, similarities, and what each file offers the others.
 
-   What Python calls is EXPORTED: closest_distances, normalise, pcr99, refined_hypotheses, refine and
-   medoid. Each allocates its memory first, and says so if there is none.
+   What Python calls is EXPORTED: closest_distances, normalise, pcr99, refined_hypotheses and refine,
+   position_errors, medoid. Each allocates its memory first, and says so if there is none.
 
    Points are stored component first, (3, n). NaN and infinity fail every comparison, so triplets
    and hypotheses with such numbers never win. */

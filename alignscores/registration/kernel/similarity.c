@@ -77,6 +77,16 @@ void squared_errors(const cameras *c, const similarity *s, double *squares)
     measure_errors(c->gt, c->est, c->stride, c->n, *s, squares);
 }
 
+/* Errors of normalised points (3, n), in units of the ground truth. */
+EXPORTED
+void position_errors(size_t n, const double *gt, const double *est, const similarity *s, double unit,
+                     double *errors)
+{
+    squared_errors(&(cameras){n, n, gt, est}, s, errors);
+    for (size_t i = 0; i < n; i++)
+        errors[i] = unit * sqrt(errors[i]);
+}
+
 INLINED triangle measured(const double *points, size_t n, triplet t)
 {
     vector a = point(points, n, t.i), b = point(points, n, t.j), c = point(points, n, t.k);

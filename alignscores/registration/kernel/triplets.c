@@ -111,11 +111,21 @@ ptrdiff_t prescreened_triplets(const cameras *c, size_t n_wanted, double prescre
     const double factor = exp(2 * prescreen);
     if (n_triplets(c->n) <= n_wanted)
         return (ptrdiff_t)enumerate(c, factor, triplets);
-    size_t count = 0, n_drawn = 0, batch = 2 * n_wanted, capacity = larger(batch, MAX_AT_ONCE);
-    uint32_t *drawn = allocate(capacity, 3 * sizeof *drawn);
-    uint64_t *marks = allocate(capacity, sizeof *marks);
-    bool done = drawn && marks;
-    while (done && count < n_wanted && n_drawn / DRAWS_PER_HYPOTHESIS < n_wanted) {
+    size_t count = 0, n_drawn = 0, batch = 2 * n_wanted, capacity = 0;
+    uint32_t *drawn = NULL;
+    uint64_t *marks = NULL;
+    while (count < n_wanted && n_drawn / DRAWS_PER_HYPOTHESIS < n_wanted) {
+        if (batch > capacity) {
+            free(drawn);
+            free(marks);
+            capacity = batch;
+            drawn = allocate(capacity, 3 * sizeof *drawn);
+            marks = allocate(capacity, sizeof *marks);
+        }
+        if (drawn == NULL || marks == NULL) {
+            capacity = 0;
+            break;
+        }
         draw_below(random, c->n, drawn, 3 * batch);
         mark_passing(c->gt, c->est, c->n, drawn, batch, factor, marks);
         for (size_t t = 0; t < batch && count < n_wanted; t++) {
@@ -129,5 +139,5 @@ ptrdiff_t prescreened_triplets(const cameras *c, size_t n_wanted, double prescre
     }
     free(drawn);
     free(marks);
-    return done ? (ptrdiff_t)count : -1;
+    return capacity > 0 ? (ptrdiff_t)count : -1;
 }
