@@ -286,11 +286,10 @@ def closest_pair_quartile(gt_positions: ArrayLike, *, groups: ArrayLike | None =
             f"TAS needs at least 4 ground-truth {cameras} to derive its unit, but there are {n}; "
             f"{by_hand}"
         )
-    distances = kernel.closest_distances(np.ascontiguousarray(positions))
+    distances, extent = kernel.closest_distances(np.ascontiguousarray(positions))
     rank = (3 * n + 3) // 4  # ceil(3n/4), from 1
     d = float(np.partition(distances, rank - 1)[rank - 1])
-    negligible = (NEGLIGIBLE * positions.max(axis=0) - NEGLIGIBLE * positions.min(axis=0)).max()
-    if not negligible < d < inf:
+    if not NEGLIGIBLE * extent < d < inf:
         raise UndefinedUnitError(
             f"TAS has no unit: at least three quarters of the {cameras} in gt_positions coincide "
             f"with another one; pass groups= if they are cameras of one rig, or {by_hand}"

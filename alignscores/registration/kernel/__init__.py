@@ -46,7 +46,7 @@ _LIBRARY = _load()
 _ARRAY = c_void_p
 _SCENE = c_size_t, _ARRAY, _ARRAY, c_int  # n, both points (3, n), alignment group
 _LIBRARY.closest_distances.argtypes = c_size_t, _ARRAY, _ARRAY
-_LIBRARY.closest_distances.restype = c_bool
+_LIBRARY.closest_distances.restype = c_double
 _LIBRARY.normalise.argtypes = c_size_t, _ARRAY, _ARRAY, _ARRAY
 _LIBRARY.normalise.restype = c_bool
 _LIBRARY.pcr99.argtypes = (
@@ -86,12 +86,16 @@ _address_of.argtypes = ctypes.py_object, ctypes.c_char_p
 _address_of.restype = c_void_p
 
 
-def closest_distances(positions: Floats) -> Floats:
-    """Return the distances of positions (n, 3) to the closest other one each, in some order."""
+def closest_distances(positions: Floats) -> tuple[Floats, float]:
+    """Return the distances of positions (n, 3) to the closest other one each, in some order.
+
+    And the extent of the positions: the largest distance from the median along an axis.
+    """
     distances = np.empty(len(positions))
-    arrays = positions.ctypes.data, distances.ctypes.data
-    _check_memory(_LIBRARY.closest_distances(len(positions), *arrays))
-    return distances
+    arrays = _address(positions), _address(distances)
+    extent: float = _LIBRARY.closest_distances(len(positions), *arrays)
+    _check_memory(extent >= 0)
+    return distances, extent
 
 
 def normalise(positions: Floats, unit: float = np.nan) -> tuple[Floats, Floats]:
@@ -100,7 +104,7 @@ def normalise(positions: Floats, unit: float = np.nan) -> tuple[Floats, Floats]:
     The unit, a power of two near the spread, can be given.
     """
     points, frame = np.empty((3, len(positions))), np.array([0.0, 0.0, 0.0, unit])
-    arrays = positions.ctypes.data, frame.ctypes.data, points.ctypes.data
+    arrays = _address(positions), _address(frame), _address(points)
     _check_memory(_LIBRARY.normalise(len(positions), *arrays))
     return points, frame
 
@@ -119,14 +123,14 @@ def pcr99(
     best = np.full(13, np.nan)
     count = _LIBRARY.pcr99(
         gt.shape[1],
-        gt.ctypes.data,
-        est.ctypes.data,
+        _address(gt),
+        _address(est),
         ALIGNMENTS.index(alignment),
         rank,
         min(n_hypotheses, MAX_HYPOTHESES),
         prescreen,
         _bit_generator(rng),
-        best.ctypes.data,
+        _address(best),
     )
     _check_memory(count >= 0, f"for {n_hypotheses} hypotheses")
     return best, count
@@ -140,12 +144,12 @@ def refined_hypotheses(
     rows = np.empty((_LIBRARY.max_hypotheses(n, n_wanted), 13))
     count = _LIBRARY.refined_hypotheses(
         n,
-        gt.ctypes.data,
-        est.ctypes.data,
+        _address(gt),
+        _address(est),
         ALIGNMENTS.index(alignment),
         n_wanted,
         _bit_generator(rng),
-        rows.ctypes.data,
+        _address(rows),
     )
     _check_memory(count >= 0, f"for {n_hypotheses} hypotheses")
     return rows[:count]
@@ -168,14 +172,14 @@ def refine(
     _check_memory(
         _LIBRARY.refine(
             gt.shape[1],
-            gt.ctypes.data,
-            est.ctypes.data,
+            _address(gt),
+            _address(est),
             ALIGNMENTS.index(alignment),
-            hypotheses.ctypes.data,
+            _address(hypotheses),
             len(hypotheses),
             is_first_of_several,
             threshold,
-            best.ctypes.data,
+            _address(best),
         )
     )
 
@@ -183,16 +187,24 @@ def refine(
 def errors(gt: Floats, est: Floats, alignment: Floats, *, unit: float) -> Floats:
     """Return the errors (n,) of points under an alignment (13,); the unit is the ground truth's."""
     errors = np.empty(gt.shape[1])
-    arrays = gt.ctypes.data, est.ctypes.data, alignment.ctypes.data
-    _LIBRARY.position_errors(len(errors), *arrays, unit, errors.ctypes.data)
+    arrays = _address(gt), _address(est), _address(alignment)
+    _LIBRARY.position_errors(len(errors), *arrays, unit, _address(errors))
     return errors
 
 
 def medoid(rotations: Floats, threshold: float) -> int:
     """Return the row of the rotation (n, 3, 3) with the least sum of truncated distances."""
-    row: int = _LIBRARY.medoid(len(rotations), rotations.ctypes.data, threshold)
+    row: int = _LIBRARY.medoid(len(rotations), _address(rotations), threshold)
     _check_memory(row >= 0)
     return row
+
+
+def _address(array: Floats) -> int:
+    """Return where an array begins: as ``array.ctypes.data`` does, in a quarter of the time."""
+    if array.size and array.flags.writeable:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))
+    address: int = array.ctypes.data
+    return address
 
 
 def _bit_generator(rng: np.random.Generator) -> int:

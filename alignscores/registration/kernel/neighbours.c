@@ -78,16 +78,22 @@ static double closest(const tree *t, ptrdiff_t low, ptrdiff_t high, ptrdiff_t se
 }
 
 /* The distances of positions, rows of coordinates, to the closest other one each, in some order. Return
-   false without memory. */
+   the largest distance from the median along an axis; -1 without memory. */
 EXPORTED
-bool closest_distances(size_t n, const double *rows, double *distances)
+double closest_distances(size_t n, const double *rows, double *distances)
 {
-    double frame[4] = {0, 0, 0, NAN};
+    double frame[4] = {0, 0, 0, 1}, largest = 0;
+    int exponent = 1;
     double *copy = allocate(n, 4 * sizeof *copy);
     int *axes = allocate(n, sizeof *axes);
     bool done = copy && axes && robust_frame(n, rows, frame);
     if (done) {
         tree t = {{copy, copy + n, copy + 2 * n}, axes, copy + 3 * n};
+        for (size_t i = 0; i < 3 * n; i++)
+            largest = fmax(largest, fabs(rows[i] - frame[i % 3]));
+        if (0 < largest && largest < INFINITY) /* in a unit of the extent: no square overflows */
+            frexp(largest, &exponent);
+        frame[3] = ldexp(1, exponent - 1);
         to_frame(n, rows, frame, copy);
         build(&t, 0, (ptrdiff_t)n);
         for (ptrdiff_t i = 0; i < (ptrdiff_t)n; i++)
@@ -95,5 +101,5 @@ bool closest_distances(size_t n, const double *rows, double *distances)
     }
     free(copy);
     free(axes);
-    return done;
+    return done ? largest : -1;
 }
