@@ -94,11 +94,13 @@ class Search:
             gt, est = gt[:, self._axes], est[:, self._axes]
         self._gt, self._gt_frame = kernel.normalise(np.ascontiguousarray(gt))
         unit = np.nan if alignment == "similarity" else self._gt_frame[3]
-        self._est, self._est_frame = kernel.normalise(np.ascontiguousarray(est), unit)
-        if alignment == "none":
+        if alignment != "none":
+            self._est, self._est_frame = kernel.normalise(np.ascontiguousarray(est), unit)
+        else:
+            self._est_frame = self._gt_frame
             with np.errstate(over="ignore"):  # infinitely far
                 self._gt, self._est = (np.ascontiguousarray(p.T) / unit for p in (gt, est))
-            self._gt_frame[:3] = self._est_frame[:3] = 0.0
+            self._gt_frame[:3] = 0.0
         self._hypotheses: Floats | None = None  # of the refined registration
         self._best = np.full(13, np.nan)
 
