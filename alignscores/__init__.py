@@ -14,7 +14,6 @@ from .version import __version__ as __version__
 
 TYPE_CHECKING = False  # for type checkers it is true; to import `typing` takes longer than the rest
 if TYPE_CHECKING:
-    from . import paper
     from .averaging import nearest_rotations
     from .comparison import Comparison, compare
     from .evaluation import Evaluation, Settings, evaluate
@@ -45,7 +44,6 @@ __all__ = [
     "compare",
     "evaluate",
     "nearest_rotations",
-    "paper",
     "pas",
     "ras",
     "ras_angle",
@@ -73,8 +71,6 @@ MODULES = {
 
 
 def __getattr__(name: str) -> object:
-    if name == "paper":
-        return import_module(".paper", __name__)
     for module, names in MODULES.items():
         if name in names.split():
             return getattr(import_module(f".{module}", __name__), name)

@@ -55,7 +55,7 @@ def tas(c: Floats, c_est: Floats, rng: Seed = 0, *, literal: bool = False) -> fl
         e[estimated] = np.linalg.norm((b - t) / s - a @ R.T, axis=1)
     f = [np.count_nonzero(e < d * (k / 100)) for k in range(1, 101)]
     # Step 4, eq. 3.
-    return sum(f) / (100 * n)
+    return float(sum(f) / (100 * n))
 
 
 def ras(R: Floats, R_est: Floats) -> float:
@@ -80,7 +80,7 @@ def ras(R: Floats, R_est: Floats) -> float:
         e[estimated] = np.degrees(Rotation.from_matrix((Q @ R).swapaxes(1, 2) @ R_est).magnitude())
     f = [np.count_nonzero(e < 10 * k / 100) for k in range(1, 101)]
     # Step 3, eq. 4.
-    return sum(f) / (100 * n)
+    return float(sum(f) / (100 * n))
 
 
 def pas(
