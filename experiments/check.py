@@ -98,6 +98,8 @@ def _settings(path: Path) -> dict[str, Any]:
 
 def _other_settings(path: Path, published: Path) -> Iterator[str]:
     """Yield the settings of a table of trials that differ from the published one's."""
+    if path.parent.name != "trials":
+        return
     theirs = json.loads(published.with_suffix(".json").read_bytes())
     for key, ours in _settings(path).items():
         if key in theirs and ours != theirs[key]:
