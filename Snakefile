@@ -20,18 +20,8 @@ ROOT = Path(workflow.basedir)
 sys.path.insert(0, str(ROOT))
 shell.prefix(f"PATH='{Path(sys.executable).parent}':$PATH; ")  # so that `python` is this one
 
-from experiments.config import ConfigError, load, load_sweep, settings_file, to_overrides
+from experiments.config import EXPERIMENTS, ConfigError, load, load_sweep, settings_file, to_overrides
 
-EXPERIMENTS = [
-    "outliers",  # section 6.1.1, figure 2
-    "collinear",  # 6.1.2, figure 3
-    "trajectory_length",  # 6.1.3, figure 4
-    "rotations",  # 6.2, figure 5
-    "combined",  # 6.3.1, figures 1 and 6
-    "maa_vs_pas_outliers",  # 6.3.2a, figure 7
-    "maa_vs_pas_length",  # 6.3.2b
-    "maa_vs_pas_collinear",  # 6.3.2c
-]
 FIGURES = {  # the function that draws it, and the trials that it shows
     "histogram": ("figures.histogram:draw", ["combined"]),
     "outliers": ("figures.noise:outliers", ["outliers"]),

@@ -31,12 +31,32 @@ from .scenes import ERRORS, OUTLIERS, PATHS
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
-__all__ = ["CONFIG_DIR", "EXECUTION", "Execution", "MetricName", "Selection", "Sweep"]
+__all__ = [
+    "CONFIG_DIR",
+    "EXECUTION",
+    "EXPERIMENTS",
+    "Execution",
+    "MetricName",
+    "Selection",
+    "Sweep",
+]
 __all__ += ["checked", "container", "experiment_names", "flat", "hydra_errors", "load"]
 __all__ += ["load_sweep", "one_of", "read_yaml", "register_defaults", "require", "settings_file"]
 __all__ += ["split_override", "to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
+EXPERIMENTS = (
+    "outliers",  # section 6.1.1, figure 2
+    "collinear",  # 6.1.2, figure 3
+    "trajectory_length",  # 6.1.3, figure 4
+    "rotations",  # 6.2, figure 5
+    "combined",  # 6.3.1, figures 1 and 6
+    "maa_vs_pas_outliers",  # 6.3.2a, figure 7
+    "maa_vs_pas_length",  # 6.3.2b
+    "maa_vs_pas_collinear",  # 6.3.2c
+)
+"""The paper's experiments; other files in ``configs/experiment`` are the user's."""
+
 STRICT = ConfigDict(strict=True, extra="forbid")
 SHOWN = 3  # problems of a file: a key that is missing is often one that is misspelt
 

@@ -48,6 +48,10 @@ def tables_of(study):
     return STUDIES[study].plan({**SETTINGS, **own})
 
 
+if AXES.keys() & config.keys():
+    tables_of("threshold_study")  # wrong values end here, whatever the target
+
+
 def trials_of(study):
     """Return the tables of trials of a study."""
     folder = BEYOND if study == "beyond" else study

@@ -185,15 +185,8 @@ def session(leader):
     ids=["Ctrl-C", "the command is interrupted", "a worker is killed"],
 )
 def test_what_ends_a_sweep_ends_its_processes(tmp_path, to_all, killed, code):
-    run = [
-        sys.executable,
-        "-m",
-        "experiments.run",
-        "experiment=outliers",
-        "n_jobs=2",
-        "output=a.csv",
-    ]
-    heeding = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)  # noqa: E731
+    settings = ["experiment=outliers", "n_jobs=2", "output=a.csv"]
+    run = [sys.executable, "-c", HEEDING, *settings]
     with subprocess.Popen(
         run,
         cwd=tmp_path,

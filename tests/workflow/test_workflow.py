@@ -236,8 +236,9 @@ def test_an_experiment_of_your_own_changes_nothing_of_the_papers(snakemake, tmp_
             "n_outliers: [0, 1,", "n_outliers: ["
         )
     )
-    planned = snakemake("figures", "--dry-run", project=copy).planned
-    assert planned == TARGETS["figures"] | {"figures": 1}
+    for target in ("figures", "head_to_head"):
+        planned = snakemake(target, "--dry-run", project=copy).planned
+        assert planned == TARGETS[target] | {target: 1}
     assert snakemake("results/trials/circle.csv", "--dry-run", project=copy).planned == {
         "trials": 1
     }
