@@ -6,6 +6,7 @@
 #   snakemake results/trials/circle.csv        an experiment of your own, configs/experiment/circle.yaml
 # Studies of these and other trials (claims, head_to_head, threshold_study, beyond, real, report) are in
 # workflow/studies.smk.
+import shlex
 import sys
 from functools import cache
 from hashlib import sha256
@@ -18,7 +19,7 @@ from snakemake.exceptions import WorkflowError
 
 ROOT = Path(workflow.basedir)
 sys.path.insert(0, str(ROOT))
-shell.prefix(f"PATH='{Path(sys.executable).parent}':$PATH; ")  # so that `python` is this one
+shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")  # so that `python` is this one
 
 from experiments.config import EXPERIMENTS, ConfigError, load, load_sweep, settings_file, to_overrides
 

@@ -75,7 +75,7 @@ def sweeps_of_replicates():
 def own_runs():
     """Return the sequences of your own benchmark, each with the files of its runs."""
     if "benchmark" not in config:
-        raise ConfigError("snakemake real needs --config benchmark=FILE")
+        raise ConfigError("real needs --config benchmark=FILE")
     benchmark = read_benchmark(Path(config["benchmark"]))
     return {sequence: sources(benchmark, sequence) for sequence in benchmark.references}
 

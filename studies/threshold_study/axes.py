@@ -44,8 +44,8 @@ class Axis:
         """Return an axis with its values in rising order; a wrong one is a `ConfigError`."""
         if not isinstance(values, list):
             raise ConfigError(
-                f"setting {name!r} must be a list in brackets, for example [1, 2]: it has the values "
-                f"that threshold_study compares; a single value in all trials is "
+                f"setting {name!r} must be a list in brackets, for example [1, 2], of the values "
+                "that threshold_study compares; a single value in all trials is "
                 f"'{entry.metric.lower()}={{{entry.option}: {values}}}'"
             )
         for value in values:

@@ -87,7 +87,7 @@ def test_on_a_cluster_what_else_makes_files_runs_where_it_was_started():
         ("threshold_study", "tas_max_threshold=0.5", "'tas_max_threshold' must be a list in "),
         ("claims", "replicates=1", "'replicates'"),
         ("beyond", "scenarios=mine.yaml", "scenarios.a: setting 'geometry': must be one of "),
-        ("real", "n_jobs=1", "snakemake real needs --config benchmark=FILE"),
+        ("real", "n_jobs=1", "snakemake: real needs --config benchmark=FILE"),
         ("real", "benchmark=missing.yaml", "missing.yaml: cannot be read"),
     ],
 )
