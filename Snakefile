@@ -61,6 +61,14 @@ def overrides(experiment):
     return to_overrides({"experiment": experiment, **SETTINGS})
 
 
+def wanted(table, overrides):
+    """Return the file of the settings that a table of trials should have."""
+    try:
+        return settings_file(RESULTS, table, [load_sweep(overrides)])
+    except ConfigError as error:  # as in an experiment of your own; without a traceback
+        raise SystemExit(f"snakemake: {error}") from None
+
+
 @cache
 def code(*modules, leave_out=("comparison.comparison", "evaluation", "trajectories")):
     """Return a digest of some modules of the project and of all that they import of it."""
@@ -102,7 +110,7 @@ rule figures:
 # differs from the settings that are wanted, and where the code that trials import has changed.
 rule trials:
     input:
-        lambda w: settings_file(RESULTS, f"trials/{w.experiment}", [load_sweep(overrides(w.experiment))]),
+        lambda w: wanted(f"trials/{w.experiment}", overrides(w.experiment)),
     output:
         RESULTS / "trials/{experiment}.csv",
         RESULTS / "trials/{experiment}.json",

@@ -149,7 +149,7 @@ rule report:
 
 use rule trials as study_trials with:
     input:
-        lambda w: settings_file(RESULTS, f"trials/{w.study}/{w.table}", [load_sweep(overrides_of(w))]),
+        lambda w: wanted(f"trials/{w.study}/{w.table}", overrides_of(w)),
     output:
         RESULTS / "trials/{study}/{table}.csv",
         RESULTS / "trials/{study}/{table}.json",
