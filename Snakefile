@@ -23,18 +23,16 @@ shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")  #
 
 from experiments.config import EXPERIMENTS, ConfigError, load, load_sweep, settings_file, to_overrides
 
-FIGURES = {  # the function that draws it, and the trials that it shows
-    "histogram": ("figures.histogram:draw", ["combined"]),
-    "outliers": ("figures.noise:outliers", ["outliers"]),
-    "collinear": ("figures.noise:collinear", ["collinear"]),
-    "trajectory_length": ("figures.noise:trajectory_length", ["trajectory_length"]),
-    "rotations": ("figures.noise:rotations", ["rotations"]),
-    "combined": ("figures.noise:combined", ["combined"]),
-    "maa_vs_pas": (
-        "figures.maa_vs_pas:draw",
-        ["maa_vs_pas_outliers", "maa_vs_pas_length", "maa_vs_pas_collinear"],
-    ),
+FIGURES = {  # with the trials that each shows
+    "histogram": ["combined"],
+    "outliers": ["outliers"],
+    "collinear": ["collinear"],
+    "trajectory_length": ["trajectory_length"],
+    "rotations": ["rotations"],
+    "combined": ["combined"],
+    "maa_vs_pas": ["maa_vs_pas_outliers", "maa_vs_pas_length", "maa_vs_pas_collinear"],
 }
+CAPTIONS = ["outliers", "combined", "maa_vs_pas_outliers", "maa_vs_pas_collinear"]  # with percentages
 AXES = yaml.safe_load((ROOT / "studies/threshold_study/axes.yaml").read_text())["axes"]
 OTHER_KEYS = {"n_jobs", "results_dir", "replicates", "scenarios", "benchmark", "more", *AXES}
 SETTINGS = {key: value for key, value in config.items() if key not in OTHER_KEYS}  # of experiments
@@ -91,6 +89,7 @@ except ConfigError as error:
 localrules:
     figures,
     figure,
+    captions,
     table1,
 
 
@@ -104,6 +103,7 @@ rule figures:
     input:
         expand(RESULTS / "figures/{figure}.{ext}", figure=FIGURES, ext=["pdf", "png"]),
         RESULTS / "tables/method_comparison.md",
+        RESULTS / "tables/captions.md",
 
 
 # A row a trial, with a record of settings, seed, versions and commit. It runs again where the record
@@ -133,21 +133,37 @@ rule trials:
 
 rule figure:
     input:
-        lambda w: expand(RESULTS / "trials/{name}.csv", name=FIGURES[w.figure][1]),
+        lambda w: expand(RESULTS / "trials/{name}.csv", name=FIGURES[w.figure]),
     output:
         RESULTS / "figures/{figure}.pdf",
         report(RESULTS / "figures/{figure}.png", category="Figures", labels={"figure": "{figure}"}),
     wildcard_constraints:
         figure="|".join(FIGURES),
     params:
-        draw=lambda w: FIGURES[w.figure][0],
-        code=lambda w: code("figures.__main__", FIGURES[w.figure][0].split(":")[0]),
+        draw="{figure}",
+        code=lambda w: code("figures.__main__"),
     log:
         RESULTS / "logs/figures/{figure}.log",
     benchmark:
         RESULTS / "benchmarks/figures/{figure}.tsv"
     shell:
         "python -m figures {params.draw} {input:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule captions:
+    input:
+        expand(RESULTS / "trials/{name}.csv", name=CAPTIONS),
+    output:
+        RESULTS / "tables/captions.csv",
+        report(RESULTS / "tables/captions.md", category="Tables", labels={"table": "Captions"}),
+    params:
+        code=lambda w: code("figures.captions"),
+    log:
+        RESULTS / "logs/captions.log",
+    benchmark:
+        RESULTS / "benchmarks/captions/captions.tsv"
+    shell:
+        "python -m figures.captions {input:q} --output {output:q} > {log:q} 2>&1"
 
 
 rule table1:

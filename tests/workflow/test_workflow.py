@@ -37,7 +37,7 @@ def copy_of_the_project(folder):
 
 
 TARGETS = {  # rules of the jobs that each target needs, from nothing; with two replicates
-    "figures": {"trials": 8, "figure": 7, "table1": 1},
+    "figures": {"trials": 8, "figure": 7, "captions": 1, "table1": 1},
     "claims": {"replicate": 2, "verdicts": 1},
     "head_to_head": {"trials": 8, "study_trials": n_trials("head_to_head"), "orders": 1},
     "threshold_study": {"study_trials": 3, "thresholds": 1, "study_figure": 1},
@@ -169,7 +169,7 @@ EDITS = [  # files of the project, with the jobs that an edit of them makes run 
         {},
     ),
     (("alignscores/plots.py",), DRAWN),  # which has what the histogram draws
-    (("figures/panels.py",), DRAWN),
+    (("figures/curves.py",), DRAWN),
     (("studies/beyond/findings.py",), ANALYSIS),
     (("studies/order.py",), ANALYSIS),
     (
