@@ -73,8 +73,8 @@ def test_on_a_cluster_what_else_makes_files_runs_where_it_was_started():
     code = "".join(path.read_text() for path in [SNAKEFILE, *(ROOT / "workflow").glob("*.smk")])
     rules = re.findall(r"^(rule|use rule \w+ as) (\w+).*:\n((?:\n|    .*\n)*)", code, re.MULTILINE)
     makes = {name for kind, name, body in rules if kind != "rule" or "output:" in body}
-    local = re.search(r"^localrules:\n((?:    \w+,\n)+)", code, re.MULTILINE)
-    assert makes - {*re.findall(r"\w+", local[1])} == {"trials", "study_trials", "replicate"}
+    local = "".join(re.findall(r"^localrules:\n((?:    \w+,\n)+)", code, re.MULTILINE))
+    assert makes - {*re.findall(r"\w+", local)} == {"trials", "study_trials", "replicate"}
 
 
 @pytest.mark.parametrize(
