@@ -43,7 +43,11 @@ class Axis:
     def of(cls, name: str, entry: _Axis, values: object) -> Self:
         """Return an axis with its values in rising order; a wrong one is a `ConfigError`."""
         if not isinstance(values, list):
-            raise ConfigError(f"setting {name!r} must be a list in brackets, for example [1, 2]")
+            raise ConfigError(
+                f"setting {name!r} must be a list in brackets, for example [1, 2], of the values "
+                "that threshold_study compares; a single value in all trials is "
+                f"'{entry.metric.lower()}={{{entry.option}: {values}}}'"
+            )
         for value in values:
             with naming(f"setting {name!r}: "):
                 Column.parse(f"{entry.metric}({entry.option}={_write(value)})")
