@@ -31,6 +31,7 @@ PACKAGES = (
     "numpy",
     "scipy",
     "pandas",
+    "evo",
     "threadpoolctl",
     "hydra-core",
     "pydantic",
