@@ -6,24 +6,26 @@ from numpy.typing import ArrayLike
 
 from alignscores.arrays import Floats
 from alignscores.similarity import FARTHEST_SQUARABLE, FARTHEST_SUMMABLE, least_squares_rmse
-from alignscores.validation import check_positions, check_same_length
+from alignscores.validation import check_positions
+
+from .stacks import check_stacks, unstacked
 
 __all__ = ["ate"]
 
 
-def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
+def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float | Floats:
     """Absolute trajectory error: RMSE of the positions after the least-squares alignment.
 
     The estimate is rotated, shifted and scaled so that the RMSE is the smallest possible.
 
     Parameters
     ----------
-    gt_positions, est_positions : (n, 3) array_like
-        Finite camera centres, row i of both the same camera.
+    gt_positions, est_positions : (..., n, 3) array_like
+        Finite camera centres, row i of both the same camera; leading axes are scenes.
 
     Returns
     -------
-    float
+    float, or (...) ndarray of a stack of scenes
         The RMSE in ground-truth units.
 
     Raises
@@ -35,11 +37,11 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     Notes
     -----
     The alignment is evo's, and the value that of ``evo_ape --align --correct_scale``. evo refuses
-    collinear cameras on an axis of the frame, in about 2 of 1000 trials, an estimate that is one
-    point, and clouds whose covariance is below 2e-16, since its test of the rank is absolute. The
-    rotation is not unique there, but the RMSE is: `alignscores.similarity.least_squares_rmse`
-    computes it, as for coordinates whose squares would overflow. An estimate that is one point has
-    the RMS distance of the ground truth from its centroid.
+    collinear cameras on an axis of the frame, an estimate that is one point, and clouds whose
+    covariance is below 2e-16, since its test of the rank is absolute. The rotation is not unique
+    there, but the RMSE is: `alignscores.similarity.least_squares_rmse` computes it, as for
+    coordinates whose squares would overflow. An estimate that is one point has the RMS distance of
+    the ground truth from its centroid.
 
     References
     ----------
@@ -54,9 +56,11 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     >>> ate(gt, [[0, 3, 0], [0, 3, 0], [0, 3, 0], [0, 3, 0]])
     1.118033988749895
     """
-    gt = check_positions(gt_positions, "gt_positions", complete=True)
-    est = check_positions(est_positions, "est_positions", complete=True)
-    check_same_length(gt, est, "gt_positions", "est_positions")
+    gt, est, lead = check_stacks(check_positions, gt_positions, est_positions, "positions")
+    return unstacked([_rmse(*scene) for scene in zip(gt, est, strict=True)], lead)
+
+
+def _rmse(gt: Floats, est: Floats) -> float:
     gt, est = _from_first(gt), _from_first(est)
     if not gt.any():
         raise ValueError("gt_positions has no extent: all its cameras coincide")
@@ -81,7 +85,7 @@ def _rmse_of_any_cameras(gt: Floats, est: Floats) -> float:
 def _from_first(positions: Floats) -> Floats:
     """Return positions relative to the first: far-off frames lose no digits."""
     positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
-    return positions - positions[0]
+    return np.asarray(positions - positions[0])
 
 
 def _rms(offsets: Floats) -> float:

@@ -40,9 +40,7 @@ from alignscores.registration import Registration, pcr99
 from alignscores.translation import closest_pair_quartile
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
-from baselines.discernible import dte_of_stacks
-from baselines.pairwise import Count, maa_by_counts
-from baselines.rotation import aligned_angles, statistics_of_stacks
+from baselines.rotation import aligned_angles
 
 from .command import ConfigError, problems
 from .scenes import Scene
@@ -308,8 +306,8 @@ class Batch:
     def _maa(self) -> dict[Options, Floats]:
         """The mAA in all ways that are asked for: the pairs are the same."""
         ways = list(dict.fromkeys(self._counts))
-        counts = [Count(**way.model_dump()) for way in ways]
-        areas = np.array([maa_by_counts(scene.cameras, counts) for scene in self.scenes])
+        options = {name: [getattr(way, name) for way in ways] for name in MAAOptions.model_fields}
+        areas = np.array([maa(scene.gt_poses, scene.est_poses, **options) for scene in self.scenes])
         return dict(zip(ways, areas.T, strict=True))
 
     def half_distance(self, options: HalfDistanceOptions) -> list[float]:
@@ -387,7 +385,7 @@ class Batch:
     @cached_property
     def dte(self) -> Floats:
         """The DTE of the estimated cameras of each scene."""
-        return self._in_stacks(lambda *world: {"": dte_of_stacks(*world)})[""]
+        return self._in_stacks(lambda gt, est: {"": dte(gt, est)})[""]
 
     def dre(self) -> Floats:
         """Return the DRE of each."""
@@ -396,12 +394,12 @@ class Batch:
     @cached_property
     def rotation_statistics(self) -> dict[str, Floats]:
         """Median, mean and RMS of the rotation errors of each, under both alignments."""
-        return self._in_stacks(lambda _, gt, __, est: statistics_of_stacks(gt, est))
+        return self._in_stacks(lambda gt, est: rotation_statistics(gt[..., :3], est[..., :3]))
 
     def _in_stacks(self, function: Callable[..., Mapping[str, Floats]]) -> dict[str, Floats]:
         """Evaluate all scenes with the same number of estimated cameras at once."""
-        cameras = [scene.estimated.arrays for scene in self.scenes]
-        counts = np.array([len(positions) for positions, *_ in cameras])
+        cameras = [(scene.estimated.gt_poses, scene.estimated.est_poses) for scene in self.scenes]
+        counts = np.array([len(poses) for poses, _ in cameras])
         results: dict[str, Floats] = {}
         for count in np.unique(counts):
             scenes = np.flatnonzero(counts == count)
