@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from .batch import pas_batch
-from .metrics import metric
-from .protocols import NoValueError
+from .metrics import NoValueError, metric
 from .trajectories.extras import require
 
 torch: Any = require("torch", "torch")

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from alignscores.arrays import Floats
 from alignscores.histogram import equal_steps
+from alignscores.metrics.cameras import Cameras
 from alignscores.pairs import PairBlock, pair_blocks
-from alignscores.protocols.cameras import Cameras
 from alignscores.validation import check_poses
 
 from .stacks import check_stacks, unstacked

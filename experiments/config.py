@@ -22,7 +22,7 @@ from alignscores.texts import brief
 from alignscores.yaml_files import load_yaml
 
 from .command import ConfigError, problems
-from .metrics import MOST, Column, MetricOptions, Positive
+from .metrics import MOST, MetricOptions, Positive, metric
 from .scenes import ERRORS, OUTLIERS, PATHS
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def _process_count(number: int) -> int:
 
 
 def _metric(name: str) -> str:
-    Column.parse(name)
+    metric(name)
     return name
 
 

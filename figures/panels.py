@@ -19,8 +19,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from alignscores.arrays import Floats
-from alignscores.protocols import Family
-from experiments.metrics import Column
+from alignscores.metrics import Metric
+from experiments.metrics import metric as find
 
 from . import style
 from .curves import Curves, write_value
@@ -60,7 +60,7 @@ def panel(axes: Axes, curves: Curves, metric: str, *, log: bool = False) -> None
         low, high = smallest[j].min(), largest[j].max()
         axes.bar(strip[j], high - low, 0.8 * step, low, color=colour, linewidth=0.3, zorder=2)
 
-    kind = Column.parse(metric).metric.family
+    kind = find(metric)
     log = log and bool(bottom.min() > 0)
     _x_axis(axes, curves, strip, edges[[0, -1]])
     _y_axis(axes, kind, float(bottom.min()), float(top.max()), log)
@@ -111,7 +111,7 @@ def _x_axis(axes: Axes, curves: Curves, strip: Floats, ends: Floats) -> None:
         text.set_rotation(90)
 
 
-def _y_axis(axes: Axes, kind: Family, smallest: float, largest: float, log: bool) -> None:
+def _y_axis(axes: Axes, kind: Metric, smallest: float, largest: float, log: bool) -> None:
     """Scores from 0 to 1, so that their ranges compare from panel to panel; errors from 0."""
     if log:
         axes.set(yscale="log", ylim=(smallest / 1.3, largest * 1.2))
@@ -126,7 +126,7 @@ def _y_axis(axes: Axes, kind: Family, smallest: float, largest: float, log: bool
     axes.yaxis.set_major_formatter(f"{{x:g}}{unit}")
 
 
-def _title(axes: Axes, metric: str, kind: Family, log: bool) -> None:
+def _title(axes: Axes, metric: str, kind: Metric, log: bool) -> None:
     title = axes.set_title(metric, pad=10.5)
     remarks = (["units"] if kind.unit == "units" else []) + (["log scale"] if log else [])
     if remarks:

@@ -64,7 +64,7 @@ def test_snakemake_settings_reach_hydra():
         ["experiment=outliers", *to_overrides(settings | {"metrics": ["ATE", fine]})]
     )
     assert (sweep.trials, sweep.sigma_t, sweep.volume_per_camera) == (5, [0.05, 0.1], None)
-    assert sweep.tas.prescreen == np.inf
+    assert sweep.tas["prescreen"] == np.inf
     assert sweep.metrics == ["ATE", fine]
 
 

@@ -38,7 +38,7 @@ def test_an_experiment_is_a_table_and_its_record(command, capsys):
     files = {str(path) for path in Path().rglob("*") if path.is_file()}
     assert files == {"größe/trials/outliers.csv", "größe/trials/outliers.json"}
     trials = read_trials(Path("größe/trials/outliers.csv"))
-    assert (trials.sweep.trials, trials.sweep.tas.max_threshold, len(trials.table)) == (1, 2, 1)
+    assert (trials.sweep.trials, trials.sweep.tas["max_threshold"], len(trials.table)) == (1, 2, 1)
 
 
 def test_a_multirun_is_a_table_for_each_job(command):
