@@ -3,14 +3,19 @@
 ``import alignscores`` does not import this module, nor torch.
 """
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from .batch import pas_batch
+from .arrays import Floats
 from .metrics import NoValueError, metric
+from .pose import pas
+from .rotation import ras
 from .trajectories.extras import require
+from .translation import closest_pair_quartile
+from .validation import AlignmentWarning, check_poses, real_array
 
 torch: Any = require("torch", "torch")
 torchmetrics: Any = require("torchmetrics", "torch")
@@ -25,10 +30,10 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
     ----------
     registration : {"refined", "pcr99"} or Registration
         See `tas`.
-    protocols : sequence of str
+    metrics : sequence of str
         Other projects' metrics, such as "auc@30:vggt", by the names of ``--metrics``.
     options : dict, optional
-        Further arguments of `pas_batch`, such as ``{"alignment": "rigid", "threads": 4}``.
+        Further arguments of `pas`, such as ``{"alignment": "rigid"}``.
     **settings : object
         Those of `torchmetrics.Metric`, such as ``dist_sync_on_step``.
 
@@ -41,7 +46,7 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
     --------
     >>> import torch  # doctest: +SKIP
     >>> from alignscores.torch import PoseAlignmentScore  # doctest: +SKIP
-    >>> score = PoseAlignmentScore(protocols=["auc@30:vggt"])  # doctest: +SKIP
+    >>> score = PoseAlignmentScore(metrics=["auc@30:vggt"])  # doctest: +SKIP
     >>> for gt_poses, est_poses in loader:  # doctest: +SKIP
     ...     score.update(gt_poses, est_poses)  # (B, n, 4, 4), camera-to-world
     >>> score.compute()["PAS"]  # doctest: +SKIP
@@ -56,14 +61,14 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         self,
         *,
         registration: Any = "refined",
-        protocols: Sequence[str] = (),
+        metrics: Sequence[str] = (),
         options: dict[str, Any] | None = None,
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
         self._options = {**(options or {}), "registration": registration}
-        self._protocols = {name: metric(name) for name in protocols}
-        self.names = ["PAS", "TAS", "RAS", *self._protocols]
+        self._metrics = [metric(name) for name in metrics]
+        self.names = ["PAS", "TAS", "RAS", *metrics]
         self.add_state("values", default=[], dist_reduce_fx="cat")
 
     def update(self, gt_poses: Any, est_poses: Any, mask: Any = None) -> None:
@@ -78,12 +83,13 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         """
         if mask is not None:
             gt_poses = torch.where(mask[..., None, None], gt_poses, torch.nan)
-        result = pas_batch(gt_poses, est_poses, **self._options)
-        columns: list[Any] = [result.score, result.tas.score, result.ras.score]
-        if self._protocols:
-            columns += np.transpose(self._values(gt_poses, est_poses)).tolist()
-        values = torch.tensor(np.array(columns).T, dtype=torch.float64, device=self.device)
-        self.values.append(values)
+        values = []
+        for scene, (gt, est) in enumerate(zip(gt_poses, est_poses, strict=True)):
+            truth, estimate = real_array(gt, "gt_poses"), real_array(est, "est_poses")
+            cameras = ~np.isnan(truth[:, :3]).all(axis=(1, 2))
+            values.append(self._values(truth[cameras], estimate[cameras], scene))
+        rows = torch.tensor(values, dtype=torch.float64, device=self.device)
+        self.values.append(rows)
 
     def compute(self) -> dict[str, Any]:
         """Return the means over all scenes that have a value.
@@ -91,25 +97,28 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         Returns
         -------
         dict of str to tensor
-            By name: PAS, TAS, RAS and the protocols.
+            By name: PAS, TAS, RAS and the other metrics.
         """
         values = torchmetrics.utilities.dim_zero_cat(self.values).unbind(dim=1)
         return {name: one.nanmean() for name, one in zip(self.names, values, strict=True)}
 
-    def _values(self, gt_poses: Any, est_poses: Any) -> list[list[float]]:
-        """Return the protocols of each scene; NaN where one has no value."""
-        values = []
-        for gt, est in zip(gt_poses, est_poses, strict=True):
-            gt, est = (frame.detach().cpu().double().numpy() for frame in (gt, est))
-            cameras = ~np.isnan(gt[:, :3]).all(axis=(1, 2))
-            values.append(
-                [_value(family, gt[cameras], est[cameras]) for family in self._protocols.values()]
-            )
-        return values
+    def _values(self, gt: Floats, est: Floats, scene: int) -> list[float]:
+        """Return the scores and the metrics of a scene; NaN where one has no value."""
+        rotations, positions = check_poses(gt, "gt_poses", complete=True)
+        try:
+            if "unit" not in self._options:
+                closest_pair_quartile(positions)
+        except ValueError as reason:
+            warnings.warn(f"scene {scene} of the batch: {reason}", AlignmentWarning, stacklevel=3)
+            scores = [np.nan, np.nan, ras(rotations, est[:, :3, :3]).score]
+        else:
+            result = pas(gt, est, **self._options)
+            scores = [result.score, result.tas.score, result.ras.score]
+        return scores + [_value(entry, gt, est) for entry in self._metrics]
 
 
-def _value(family: Any, gt: Any, est: Any) -> float:
+def _value(entry: Any, gt: Floats, est: Floats) -> float:
     try:
-        return float(family(gt[:, :3, 3], gt[:, :3, :3], est[:, :3, 3], est[:, :3, :3], rng=0))
+        return float(entry(gt, est))
     except NoValueError:
         return np.nan
