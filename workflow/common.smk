@@ -42,7 +42,7 @@ def code(*folders, ends=("py", "c", "h")):
 
 
 TRIAL_CODE = code(
-    *("alignscores", "alignscores/protocols", "alignscores/registration", "alignscores/registration/kernel"),
+    *("alignscores", "alignscores/metrics", "alignscores/registration", "alignscores/registration/kernel"),
     *("baselines", "experiments", "experiments/scenes"),
 )
 TRIAL_CODE.remove(ROOT / "alignscores" / "plots.py")
