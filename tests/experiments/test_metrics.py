@@ -1,17 +1,20 @@
 """Trials evaluate the library's metrics, with options; metrics of one trial share its errors."""
 
+import re
 from math import ceil
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from alignscores import pas, ras, ras_profile, tas, tas_profile
 from alignscores import metrics as library
+from alignscores import pas, ras, ras_profile, tas, tas_profile
 from alignscores.registration import pcr99
 from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.rotation import aligned_angles
+from experiments import metrics
 from experiments.command import ConfigError
 from experiments.config import to_overrides
 from experiments.grid import KEY_COLUMNS, Cell, cells
@@ -220,3 +223,19 @@ def test_other_projects_metrics_are_metrics_by_their_names(small, run):
         scene = draw_scene(sweep, cell, cameras)
         for name in names:
             assert row[name] == library.metric(name)(scene.gt_poses, scene.est_poses)
+
+
+def test_the_metric_on_the_page_is_one_function_and_one_entry(scene, monkeypatch):
+    page = Path(__file__).parents[2] / "docs" / "develop" / "extend.md"
+    function, entry = re.findall(r"^```py\n(.*?)^```$", page.read_text(), re.M | re.S)[:2]
+    names = dict(vars(metrics))
+    exec(function, names)
+    monkeypatch.setattr(metrics, "METRICS", {**METRICS, "Largest": eval(entry, names)})
+    metrics.metric.cache_clear()
+    errors = tas(scene.gt_positions, scene.est_positions, rng=SEED).errors
+    found = evaluate(scene, ["TAS", "Largest", "Largest(quantile=0.5)"], SEED)
+    assert found["Largest"] == errors.max()
+    assert found["Largest(quantile=0.5)"] == np.median(errors)
+    with pytest.raises(ConfigError, match="quantile should be less than or equal to 1"):
+        metric("Largest(quantile=2)")
+    metrics.metric.cache_clear()
