@@ -308,7 +308,7 @@ def _registration(name: str, prescreen: float = 0.1, order: float = 0.1) -> str 
     """Return the registration: the paper's with another prescreening threshold or another m."""
     if name == "literal_frames":
         return literal_frames
-    if (prescreen, order) == (0.1, 0.1):
+    if name != "pcr99" or (prescreen, order) == (0.1, 0.1):
         return name
 
     def register(

@@ -109,7 +109,7 @@ class Metric:
     def syntax(self) -> str:
         """The name with all options, in brackets where they may be left out."""
         optional = (word.upper() for word in self.options)
-        return self.name + "".join(f"[:{word}]" for word in optional if word not in self.name)
+        return self.name + "".join(f"[:{word}]" for word in optional)
 
 
 def find(name: str, metrics: Sequence[Metric]) -> Metric:
@@ -124,9 +124,11 @@ def find(name: str, metrics: Sequence[Metric]) -> Metric:
     examples = [entry.example or entry.name for entry in metrics]
     same = [one for one in examples if _split(one)[0] == _split(asked)[0]]
     lower = {one.lower(): one for one in same or examples}
-    close = get_close_matches(asked, lower, n=3, cutoff=0)
-    listed = ", ".join(lower[one] for one in close)
-    raise ValueError(f"unknown metric {name!r}; close to it are {listed}")
+    close = get_close_matches(asked, lower, n=3, cutoff=0 if same else 0.6)
+    listed = f"close to it are {', '.join(lower[one] for one in close)}"
+    raise ValueError(
+        f"unknown metric {name!r}; {listed if close else '`alignscores metrics` lists all'}"
+    )
 
 
 def _split(name: str) -> tuple[str, str, list[str]]:

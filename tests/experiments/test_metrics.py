@@ -190,7 +190,7 @@ def test_order_and_prescreen_reach_the_registration(scene, options, m, prescreen
 @pytest.mark.parametrize(
     ("column", "problem"),
     [
-        ("APE", "unknown metric 'APE'; close to it are ATE, "),
+        ("APE", "unknown metric 'APE'; close to it are ATE"),
         ("PAS(order=0.2)", "has no option 'order'; the options are weight, registration, "),
         ("auc@30:vggt(k=5)", "has no option 'k'; the options are none"),
         ("TAS(order=0.2", "has no closing bracket"),

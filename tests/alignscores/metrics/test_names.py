@@ -80,3 +80,5 @@ def test_functions_are_metrics():
 def test_unknown_names_are_answered_with_close_ones(name, close):
     with pytest.raises(ValueError, match=f"unknown metric .*; close to it are .*({close})"):
         metric(name)
+    with pytest.raises(ValueError, match="unknown metric 'foo'; `alignscores metrics` lists all"):
+        metric("foo")
