@@ -31,7 +31,6 @@ __all__ = [
     "evo_are",
     "evo_ate",
     "evo_rpe",
-    "header",
     "hloc_median",
     "hloc_recall",
     "kitti_relative_error",
