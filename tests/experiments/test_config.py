@@ -37,7 +37,7 @@ def test_the_outlier_experiment_has_the_values_of_the_paper():
         ("n_cameras=9,10", "n_cameras=9,10"),
         ("n_outliers=[101]", "'n_outliers' has 101, more than the 100 cameras"),
         ("every=26", "'every' leaves fewer than 4 of the 100 cameras"),
-        ("metrics=[ATE,APE]", "'metrics': unknown metric 'APE'; close to it are ATE, "),
+        ("metrics=[ATE,APE]", "'metrics': unknown metric 'APE'; close to it are ATE"),
     ],
 )
 def test_wrong_settings_are_named_in_one_line(override, problem):
