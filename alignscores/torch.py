@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from .arrays import Floats
 from .metrics import NoValueError, metric
 from .pose import pas
 from .rotation import ras
 from .trajectories.extras import require
-from .translation import closest_pair_quartile
-from .validation import AlignmentWarning, check_poses, real_array
+from .translation import UndefinedUnitError
+from .validation import AlignmentWarning
 
 torch: Any = require("torch", "torch")
 torchmetrics: Any = require("torchmetrics", "torch")
@@ -81,15 +80,11 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         mask : (B, n) tensor of bool, optional
             Which of the poses are cameras; the others fill up scenes that have fewer.
         """
-        if mask is not None:
-            gt_poses = torch.where(mask[..., None, None], gt_poses, torch.nan)
-        values = []
-        for scene, (gt, est) in enumerate(zip(gt_poses, est_poses, strict=True)):
-            truth, estimate = real_array(gt, "gt_poses"), real_array(est, "est_poses")
-            cameras = ~np.isnan(truth[:, :3]).all(axis=(1, 2))
-            values.append(self._values(truth[cameras], estimate[cameras], scene))
-        rows = torch.tensor(values, dtype=torch.float64, device=self.device)
-        self.values.append(rows)
+        if len(gt_poses) != len(est_poses):
+            raise ValueError(f"gt_poses has {len(gt_poses)} scenes but est_poses {len(est_poses)}")
+        masks = [None] * len(gt_poses) if mask is None else mask
+        rows = [self._scored(*scene) for scene in zip(gt_poses, est_poses, masks, strict=True)]
+        self.values.append(torch.tensor(rows, dtype=torch.float64, device=self.device))
 
     def compute(self) -> dict[str, Any]:
         """Return the means over all scenes that have a value.
@@ -97,27 +92,27 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         Returns
         -------
         dict of str to tensor
-            By name: PAS, TAS, RAS and the other metrics.
+            By name: PAS, TAS, RAS and the metrics.
         """
         values = torchmetrics.utilities.dim_zero_cat(self.values).unbind(dim=1)
         return {name: one.nanmean() for name, one in zip(self.names, values, strict=True)}
 
-    def _values(self, gt: Floats, est: Floats, scene: int) -> list[float]:
-        """Return the scores and the metrics of a scene; NaN where one has no value."""
-        rotations, positions = check_poses(gt, "gt_poses", complete=True)
+    def _scored(self, gt: Any, est: Any, mask: Any) -> list[float]:
+        """Return PAS, TAS, RAS and the metrics of a scene; NaN where one has no value."""
+        gt, est = torch.as_tensor(gt), torch.as_tensor(est)
+        cameras = ~torch.isnan(gt[:, :3]).flatten(1).all(dim=1) if mask is None else mask
+        gt, est = gt[cameras], est[cameras]
         try:
-            if "unit" not in self._options:
-                closest_pair_quartile(positions)
-        except ValueError as reason:
-            warnings.warn(f"scene {scene} of the batch: {reason}", AlignmentWarning, stacklevel=3)
-            scores = [np.nan, np.nan, ras(rotations, est[:, :3, :3]).score]
-        else:
             result = pas(gt, est, **self._options)
             scores = [result.score, result.tas.score, result.ras.score]
+        except UndefinedUnitError as error:
+            warnings.warn(str(error), AlignmentWarning, stacklevel=3)
+            scores = [np.nan, np.nan, ras(gt[:, :3, :3], est[:, :3, :3]).score]
+        gt, est = (poses.detach().cpu().double().numpy() for poses in (gt, est))
         return scores + [_value(entry, gt, est) for entry in self._metrics]
 
 
-def _value(entry: Any, gt: Floats, est: Floats) -> float:
+def _value(entry: Any, gt: Any, est: Any) -> float:
     try:
         return float(entry(gt, est))
     except NoValueError:

@@ -20,16 +20,17 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic.dataclasses import dataclass as checked_dataclass
 from pydantic_core import core_schema
 
-from alignscores import AlignmentScore, Similarity, ras, tas, tas_distance
+from alignscores import Similarity, ras, tas, tas_distance
 from alignscores import metrics as library
 from alignscores.arrays import Floats
-from alignscores.distance import N_THRESHOLDS, smallest_unit
-from alignscores.histogram import equal_steps
+from alignscores.histogram import equal_steps, score_of
 from alignscores.metrics import Metric, NoValueError
 from alignscores.metrics.base import find
+from alignscores.paper import literal_frames
 from alignscores.registration import Registration, pcr99
+from alignscores.thresholds import N_THRESHOLDS, smallest_unit
 from alignscores.translation import closest_pair_quartile
-from baselines import ate, dte, literal_frames, maa, rotation_statistics
+from baselines import ate, dte, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.rotation import aligned_angles
 
@@ -327,7 +328,7 @@ def _scores(
     """Score the errors of each scene."""
     steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
     pairs = zip(errors, units, strict=True)
-    return np.array([AlignmentScore(values, unit * steps).score for values, unit in pairs])
+    return np.array([score_of(values, unit * steps) for values, unit in pairs])
 
 
 def _order_statistic(ascending: Floats, quantile: float) -> float:

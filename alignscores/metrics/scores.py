@@ -3,10 +3,10 @@
 import numpy as np
 
 from ..arrays import Floats
-from ..distance import ras_angle, tas_distance
 from ..pose import pas
 from ..rotation import ras
 from ..similarity import least_squares_rmse
+from ..thresholds import ras_angle, tas_distance
 from ..translation import tas
 from .base import Metric
 from .cameras import estimated_positions

@@ -10,8 +10,9 @@ from scipy.spatial.distance import cdist
 
 from alignscores import metrics as library
 from alignscores import pas, ras, ras_profile, tas, tas_profile
+from alignscores.paper import literal_frames
 from alignscores.registration import pcr99
-from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
+from baselines import ate, dre, dte, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.rotation import aligned_angles
 from experiments import metrics
