@@ -25,7 +25,7 @@ from alignscores.writing import write_whole
 from alignscores.yaml_files import load_yaml
 
 from .command import ConfigError, problems
-from .metrics import MOST, Column, MetricOptions, Positive
+from .metrics import MOST, MetricOptions, Positive, metric
 from .scenes import ERRORS, OUTLIERS, PATHS
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _table(name: str) -> str:
 
 
 def _metric(name: str) -> str:
-    Column.parse(name)
+    metric(name)
     return name
 
 

@@ -33,6 +33,7 @@ PACKAGES = (
     "scipy",
     "pandas",
     "joblib",
+    "evo",
     "threadpoolctl",
     "hydra-core",
     "pydantic",

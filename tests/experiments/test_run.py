@@ -50,7 +50,7 @@ def test_an_experiment_is_a_table_and_its_record(command, capsys):
     hydras = {f"run/.hydra/{name}.yaml" for name in ("config", "hydra", "overrides")}
     assert files() == {"größe/a.csv", "größe/a.json", *hydras}
     trials = read_trials(Path("größe/a.csv"))
-    assert (trials.sweep.trials, trials.sweep.tas.max_threshold, len(trials.table)) == (1, 2, 1)
+    assert (trials.sweep.trials, trials.sweep.tas["max_threshold"], len(trials.table)) == (1, 2, 1)
 
 
 def test_each_run_has_a_folder_of_its_own(command, capsys):
@@ -90,7 +90,7 @@ def test_a_multirun_is_a_table_for_each_job(command, capsys):
         tables = [read_trials(path) for path in sorted(Path(folder).rglob("*.csv"))]
         assert [str(trials.path.parent) for trials in tables] == [f"{folder}/{i}" for i in range(4)]
         means = {
-            (trials.sweep.name, trials.sweep.tas.max_threshold): trials.table["TAS"].mean()
+            (trials.sweep.name, trials.sweep.tas["max_threshold"]): trials.table["TAS"].mean()
             for trials in tables
         }
         assert means["outliers", 0.5] < means["outliers", 2]

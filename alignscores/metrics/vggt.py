@@ -1,6 +1,7 @@
 """Accuracy of relative poses between all pairs: RRA, RTA and AUC of VGGT and its followers."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
@@ -10,9 +11,10 @@ from numpy.typing import ArrayLike
 from ..arrays import Floats
 from ..pairs import PairBlock, pair_blocks
 from ..validation import check_positive
+from .base import Metric, whole
 from .cameras import Cameras, NoValueError, check_choice
 
-__all__ = ["Convention", "direction_blocks", "vggt_auc", "vggt_rra", "vggt_rta"]
+__all__ = ["METRICS", "Convention", "direction_blocks", "vggt_auc", "vggt_rra", "vggt_rta"]
 
 Convention = Literal["vggt", "mapanything", "da3"]
 
@@ -43,7 +45,7 @@ def vggt_rra(
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.protocols import vggt_rra
+    >>> from alignscores.metrics import vggt_rra
     >>> gt = np.tile(np.eye(4), (4, 1, 1))
     >>> est = gt.copy()
     >>> est[3] = np.nan
@@ -77,7 +79,7 @@ def vggt_rta(
     A step in the opposite direction counts as right:
 
     >>> import numpy as np
-    >>> from alignscores.protocols import vggt_rta
+    >>> from alignscores.metrics import vggt_rta
     >>> gt = np.tile(np.eye(4), (2, 1, 1))
     >>> gt[1, 0, 3] = 1
     >>> est = gt.copy()
@@ -135,7 +137,7 @@ def vggt_auc(
     --------
     >>> import numpy as np
     >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.protocols import vggt_auc
+    >>> from alignscores.metrics import vggt_auc
     >>> gt = np.tile(np.eye(4), (3, 1, 1))
     >>> gt[:, :3, 3] = np.eye(3)
     >>> est = gt.copy()
@@ -207,3 +209,41 @@ def _n_pairs(cameras: Cameras) -> int:
     if n < 2:
         raise NoValueError("relative accuracies need at least 2 cameras, but gt_poses has 1")
     return n * (n - 1) // 2
+
+
+def _degrees(text: str) -> Mapping[str, int] | None:
+    k = whole(text)
+    return None if k is None else {"k": k}
+
+
+METRICS = [
+    Metric(
+        f"{name}@K:{convention}",
+        partial(function, convention=convention),
+        unit="%",
+        larger_is_better=True,
+        description=description,
+        argument=_degrees,
+        example=f"{name}@{30 if name == 'auc' else 5}:{convention}",
+    )
+    for name, function, description in (
+        (
+            "rra",
+            vggt_rra,
+            "relative rotation accuracy: pairs with a rotation error below K degrees",
+        ),
+        (
+            "rta",
+            vggt_rta,
+            "relative translation accuracy: pairs with a direction error, sign folded, below K "
+            "degrees",
+        ),
+        (
+            "auc",
+            vggt_auc,
+            "area under the accuracy of relative poses up to K degrees, in bins of one degree",
+        ),
+    )
+    for convention in get_args(Convention)
+]
+"""RRA, RTA and AUC, in each convention."""

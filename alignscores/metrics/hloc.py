@@ -1,5 +1,8 @@
 """Shares of images within a distance and an angle, and medians of both, of hloc."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -7,11 +10,15 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Floats
 from ..averaging import rotation_angles
+from ..similarity import Similarity
 from ..validation import check_positive
-from .cameras import Cameras, check_choice
-from .trajectory import least_squares_aligned
+from .base import Metric, angle, length
+from .cameras import Cameras, NoValueError, check_choice
 
-__all__ = ["hloc_median", "hloc_recall"]
+__all__ = ["METRICS", "hloc_median", "hloc_recall"]
+
+Alignment = Literal["none", "sim3"]
+RANK = float(np.finfo(np.float64).eps)  # evo's bound: a smaller singular value is none
 
 
 def hloc_recall(
@@ -20,7 +27,7 @@ def hloc_recall(
     max_error: float = 0.05,
     max_error_deg: float = 5.0,
     *,
-    alignment: Literal["none", "sim3"] = "none",
+    alignment: Alignment = "none",
 ) -> float:
     """Share of images within a distance and an angle, as hloc counts them for Cambridge Landmarks.
 
@@ -42,7 +49,7 @@ def hloc_recall(
     float
         Percent, of all images.
     NoValueError
-        If there is no least-squares similarity; see `evo_ate`.
+        If no least-squares similarity is unique: the centres lie on a line or in a point.
 
     References
     ----------
@@ -51,7 +58,7 @@ def hloc_recall(
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.protocols import hloc_recall
+    >>> from alignscores.metrics import hloc_recall
     >>> gt = np.tile(np.eye(4), (4, 1, 1))
     >>> est = gt.copy()
     >>> est[:, 0, 3] = [0, 0.04, 0.06, np.nan]
@@ -70,7 +77,7 @@ def hloc_median(
     est_poses: ArrayLike,
     *,
     error: Literal["translation", "rotation"] = "translation",
-    alignment: Literal["none", "sim3"] = "none",
+    alignment: Alignment = "none",
 ) -> float:
     """Median distance, or median angle, over all images; see `hloc_recall`.
 
@@ -91,7 +98,7 @@ def hloc_median(
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.protocols import hloc_median
+    >>> from alignscores.metrics import hloc_median
     >>> gt = np.tile(np.eye(4), (3, 1, 1))
     >>> est = gt.copy()
     >>> est[:, 0, 3] = [0, 0.04, np.nan]
@@ -111,9 +118,76 @@ def image_errors(
     cameras = Cameras.check(gt_poses, est_poses)
     distances, angles = np.full(len(cameras), np.inf), np.full(len(cameras), 180.0)
     if cameras.estimated.any():
-        matched = least_squares_aligned(cameras.matched(), alignment)
+        matched = cameras.matched()
+        if alignment == "sim3":
+            matched = _aligned(matched)
         distances[cameras.estimated] = np.linalg.norm(matched.est - matched.gt, axis=1)
         angles[cameras.estimated] = rotation_angles(
             matched.gt_rotations @ matched.est_rotations.transpose(0, 2, 1)
         )
     return distances, angles
+
+
+def _aligned(cameras: Cameras) -> Cameras:
+    """Move the estimate by the least-squares similarity of the centres."""
+    gt, est = cameras.gt, cameras.est
+    covariance = (gt - gt.mean(axis=0)).T @ (est - est.mean(axis=0)) / len(gt)
+    refusal = NoValueError(
+        "no least-squares similarity is unique: the centres lie on a line or in a point, in the "
+        "ground truth or in the estimate"
+    )
+    if np.count_nonzero(np.linalg.svd(covariance, compute_uv=False) > RANK) < 2:
+        raise refusal
+    try:
+        to_gt = Similarity.fit(gt, est).inverse()
+    except ValueError:  # what passed for a rank was rounding
+        raise refusal from None
+    rotations = to_gt.rotation @ cameras.est_rotations
+    moved = to_gt.scale * (est - est.mean(axis=0)) @ to_gt.rotation.T + gt.mean(axis=0)
+    return replace(cameras, est_rotations=rotations, est=moved)
+
+
+def _thresholds(text: str) -> Mapping[str, float] | None:
+    distance, _, degrees = text.partition(",")
+    values = {"max_error": length(distance), "max_error_deg": angle(degrees.strip())}
+    found = {key: value for key, value in values.items() if value is not None}
+    return found if len(found) == len(values) else None
+
+
+def _metrics() -> list[Metric]:
+    metrics = []
+    ways: tuple[tuple[str, Alignment, str], ...] = (
+        ("hloc", "none", "of hloc: not aligned"),
+        ("hloc-sim3", "sim3", "as of hloc, but aligned by least squares"),
+    )
+    for project, alignment, how in ways:
+        median = partial(hloc_median, alignment=alignment)
+        metrics += [
+            Metric(
+                f"recall@DISTANCE,ANGLE:{project}",
+                partial(hloc_recall, alignment=alignment),
+                unit="%",
+                larger_is_better=True,
+                needs=("rotations", "metres"),
+                description=f"images within a distance and an angle, {how}",
+                argument=_thresholds,
+                example=f"recall@5cm,5deg:{project}",
+            ),
+            Metric(
+                f"median:{project}",
+                median,
+                unit="units",
+                description=f"median distance of the images, {how}",
+            ),
+            Metric(
+                f"median:{project}:rotation",
+                partial(median, error="rotation"),
+                unit="deg",
+                description=f"median angle of the images, {how}",
+            ),
+        ]
+    return metrics
+
+
+METRICS = _metrics()
+"""The recall and the medians, with and without an alignment."""

@@ -59,7 +59,7 @@ def pair_auc(
 
     Examples
     --------
-    >>> from alignscores.protocols import pair_auc
+    >>> from alignscores.metrics import pair_auc
     >>> pair_auc([0.5, 3.0, 12.0, float("nan")])
     array([40.   , 45.   , 63.125])
     >>> pair_auc([0.5, 3.0, 12.0, float("nan")], convention="vggt")
@@ -103,7 +103,7 @@ def pair_pose_errors(gt_poses: ArrayLike, est_poses: ArrayLike) -> Floats:
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.protocols import pair_pose_errors
+    >>> from alignscores.metrics import pair_pose_errors
     >>> gt = np.tile(np.eye(4), (2, 1, 1))
     >>> gt[:, :3, 3] = [1, 0, 0]
     >>> est = gt.copy()

@@ -1,15 +1,18 @@
 """Errors of the cameras that a generated video should follow: RotErr, TransErr and CamMC."""
 
+from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..averaging import rotation_angles
+from .base import Metric
 from .cameras import Cameras, NoValueError, check_choice
 
-__all__ = ["Scale", "video_error"]
+__all__ = ["METRICS", "Scale", "video_error"]
 
+Error = Literal["rotation", "translation", "pose"]
 Scale = Literal["cami2v", "cami2v-abs", "cameractrl"]
 ADDED = 1e-9  # to a length that positions are divided by
 
@@ -18,7 +21,7 @@ def video_error(
     gt_poses: ArrayLike,
     est_poses: ArrayLike,
     *,
-    error: Literal["rotation", "translation", "pose"] = "rotation",
+    error: Error = "rotation",
     scale: Scale = "cami2v",
 ) -> float:
     """Sum over the frames of a video of the errors of the cameras, seen from the first one.
@@ -57,7 +60,7 @@ def video_error(
     Examples
     --------
     >>> import numpy as np
-    >>> from alignscores.protocols import video_error
+    >>> from alignscores.metrics import video_error
     >>> gt = np.tile(np.eye(4), (3, 1, 1))
     >>> gt[:, 0, 3] = [0, 1, 2]
     >>> est = gt.copy()
@@ -92,3 +95,29 @@ def video_error(
     if error == "pose":
         squares = squares + ((est_rotations - gt_rotations) ** 2).sum(axis=(1, 2))
     return float(np.sqrt(squares).sum())
+
+
+_SUMS: tuple[tuple[str, Error, str], ...] = (
+    ("transerr", "translation", "sum of the distances"),
+    ("cammc", "pose", "sum of the norms of differences of matrices"),
+)
+METRICS = [
+    Metric(
+        "roterr",
+        video_error,
+        unit="rad",
+        needs=("rotations", "order"),
+        description="sum of the angles in radians, seen from the first frame, of video generation",
+    ),
+    *(
+        Metric(
+            f"{name}:{scale}",
+            partial(video_error, error=error, scale=scale),
+            needs=("rotations", "order"),
+            description=f"{description}, seen from the first frame, of video generation",
+        )
+        for name, error, description in _SUMS
+        for scale in get_args(Scale)
+    ),
+]
+"""RotErr, TransErr and CamMC, the latter two with each scale."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alignscores.protocols import (
+from alignscores.metrics import (
     NoValueError,
     colmap_relative_auc,
     evo_are,

@@ -1,4 +1,4 @@
-"""The cameras that a protocol is given: checked, and those without an estimate marked."""
+"""The cameras that a metric is given: checked, and those without an estimate marked."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ __all__ = ["Cameras", "NoValueError", "check_choice", "estimated_positions", "mo
 
 
 class NoValueError(ValueError):
-    """The protocol has no value for this input: its program stops, or writes nothing."""
+    """The metric has no value for this input: its program stops, or writes nothing."""
 
 
 def estimated_positions(gt_positions: ArrayLike, est_positions: ArrayLike) -> tuple[Floats, Floats]:

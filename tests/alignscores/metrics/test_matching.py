@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores.protocols import NoValueError, pair_auc, pair_pose_errors
+from alignscores.metrics import NoValueError, pair_auc, pair_pose_errors
 
 RNG = np.random.default_rng(0)
 

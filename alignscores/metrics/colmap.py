@@ -1,16 +1,18 @@
 """The errors of relative poses of COLMAP's reconstruction benchmark, and their AUC."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats
 from ..validation import check_positive
+from .base import Metric, angle
 from .cameras import Cameras
-from .relative import direction_blocks
+from .vggt import direction_blocks
 
-__all__ = ["colmap_relative_auc"]
+__all__ = ["METRICS", "colmap_relative_auc", "interpolated_auc"]
 
 
 SHORTEST = 1e-10  # a shorter step is divided by this
@@ -59,7 +61,7 @@ def colmap_relative_auc(
     --------
     >>> import numpy as np
     >>> from scipy.spatial.transform import Rotation
-    >>> from alignscores.protocols import colmap_relative_auc
+    >>> from alignscores.metrics import colmap_relative_auc
     >>> gt = np.tile(np.eye(4), (3, 1, 1))
     >>> gt[:, :3, 3] = np.eye(3)
     >>> est = gt.copy()
@@ -101,3 +103,27 @@ def interpolated_auc(errors: Iterable[Floats], n: int, end: float, min_error: fl
         total += float(within[within > min_error].sum())
         last = max(last, float(within.max(initial=min_error)))
     return 100 * (count * end - total + (last - min_error) / 2) / (n * end)
+
+
+def _degrees(text: str) -> Mapping[str, float] | None:
+    end = angle(text)
+    return None if end is None else {"max_error_deg": end}
+
+
+METRICS = [
+    Metric(
+        f"auc@ANGLE:{project}",
+        partial(colmap_relative_auc, accuracy=accuracy),
+        unit="%",
+        larger_is_better=True,
+        needs=("rotations", "metres"),
+        description=f"area under the interpolated recall of relative poses, of COLMAP's {of}",
+        argument=_degrees,
+        example=f"auc@5:{project}",
+    )
+    for project, accuracy, of in (
+        ("colmap", 0.001, "benchmark"),
+        ("colmap-imc", 0.02, "benchmark on the Image Matching Challenge"),
+    )
+]
+"""The AUC, with the accuracy of either reference."""
