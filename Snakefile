@@ -1,11 +1,17 @@
-# From the Hydra configs to the figures and tables of the paper.
+# From the Hydra configs to the figures and tables of the paper, and the studies of these and other trials.
 #   snakemake figures                          the paper's figures and tables, in results/
 #   snakemake results/figures/outliers.pdf     one figure and what it needs
 #   snakemake figures --config trials=5 results_dir=quick       other settings, in another folder
 #   snakemake figures --config 'tas={max_threshold: 2}' results_dir=wide     an option of a metric
 #   snakemake results/trials/circle.csv        an experiment of your own, configs/experiment/circle.yaml
-# Studies of these and other trials (claims, head_to_head, threshold_study, beyond, real, report) are in
-# workflow/studies.smk.
+#   snakemake claims                           which of the paper's claims hold, from 20 replicates
+#   snakemake readings                         what could give the caption's -59 %
+#   snakemake head_to_head                     which metric orders neighbouring levels best
+#   snakemake threshold_study                  what the paper's thresholds cost and gain
+#   snakemake threshold_study --config tas_max_threshold=[0.5,1,1.5] results_dir=own    your own values
+#   snakemake beyond                           what the paper leaves out: paths, errors, outliers
+#   snakemake beyond --config scenarios=my.yaml    a study of your own (docs/how-to/parameter-study.md)
+#   snakemake report                           all of it in one file, results/report.html
 import shlex
 import sys
 from functools import cache
@@ -14,7 +20,6 @@ from math import ceil
 from modulefinder import ModuleFinder
 from pathlib import Path
 
-import yaml
 from snakemake.exceptions import WorkflowError
 
 ROOT = Path(workflow.basedir)
@@ -22,6 +27,7 @@ sys.path.insert(0, str(ROOT))
 shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")  # so that `python` is this one
 
 from experiments.config import EXPERIMENTS, ConfigError, load, load_sweep, settings_file, to_overrides
+from studies import beyond, claims, head_to_head, thresholds
 
 FIGURES = {  # with the trials that each shows
     "histogram": ["combined"],
@@ -32,9 +38,10 @@ FIGURES = {  # with the trials that each shows
     "combined": ["combined"],
     "maa_vs_pas": ["maa_vs_pas_outliers", "maa_vs_pas_length", "maa_vs_pas_collinear"],
 }
+CLAIMS_FILES = ["configs/claims.yaml", "studies/claims.html.j2"]
 CAPTIONS = ["outliers", "combined", "maa_vs_pas_outliers", "maa_vs_pas_collinear"]  # with percentages
-AXES = yaml.safe_load((ROOT / "studies/threshold_study/axes.yaml").read_text())["axes"]
-OTHER_KEYS = {"n_jobs", "results_dir", "replicates", "scenarios", "benchmark", "more", *AXES}
+OWN_KEYS = {"threshold_study": thresholds.axis_names(), "beyond": ["scenarios"], "claims": ["replicates"]}
+OTHER_KEYS = {"n_jobs", "results_dir", *sum(OWN_KEYS.values(), [])}
 SETTINGS = {key: value for key, value in config.items() if key not in OTHER_KEYS}  # of experiments
 RESULTS = Path(str(config.get("results_dir", "results")))
 THREADS = config.get("n_jobs", max(1, workflow.cores // len(EXPERIMENTS)))  # processes of an experiment
@@ -53,18 +60,56 @@ def check_settings():
                 f"{' '.join(to_overrides(SETTINGS))} changes what the paper's figures show; name a folder for "
                 "such results, for example: --config results_dir=quick"
             )
+    if set(OWN_KEYS["threshold_study"]) & config.keys():
+        tables_of("threshold_study")  # wrong values end here, whatever the target
 
 
 def overrides(experiment):
     return to_overrides({"experiment": experiment, **SETTINGS})
 
 
+@cache
+def tables_of(study):
+    """Return the settings of each table of trials of a study, by its name."""
+    plans = {"head_to_head": head_to_head.plan, "threshold_study": thresholds.plan, BEYOND: beyond.plan}
+    keys = OWN_KEYS.get("beyond" if study == BEYOND else study, [])
+    return plans[study]({**SETTINGS, **{key: config[key] for key in keys if key in config}})
+
+
+@cache
+def sweeps_of_replicates():
+    """Return the sweeps of each replicate study of the claims."""
+    known = claims.load_claims(config.get("replicates"))
+    return claims.replicates(known, to_overrides(SETTINGS), range(known.replicates))
+
+
+def in_one_sentence(function, *arguments):
+    """Call a function; end with one sentence, without a traceback, where settings are wrong."""
+    try:
+        return function(*arguments)
+    except ConfigError as error:
+        raise SystemExit(f"snakemake: {error}") from None
+
+
+def trials_of(study):
+    """Return the tables of trials of a study."""
+    return [RESULTS / "trials" / study / f"{name}.csv" for name in in_one_sentence(tables_of, study)]
+
+
+def overrides_of(wildcards):
+    """Return the settings of a table of trials of a study."""
+    return to_overrides(in_one_sentence(tables_of, wildcards.study)[wildcards.table])
+
+
 def wanted(table, overrides):
     """Return the file of the settings that a table of trials should have."""
-    try:
-        return settings_file(RESULTS, table, [load_sweep(overrides)])
-    except ConfigError as error:  # as in an experiment of your own; without a traceback
-        raise SystemExit(f"snakemake: {error}") from None
+    return in_one_sentence(lambda: settings_file(RESULTS, table, [load_sweep(overrides)]))
+
+
+def wanted_replicate(number):
+    """Return the file of the settings that a replicate study should have."""
+    sweeps = in_one_sentence(sweeps_of_replicates)[number]
+    return settings_file(RESULTS, f"replicates/{number}", sweeps)
 
 
 @cache
@@ -79,10 +124,14 @@ def code(*modules, leave_out=("comparison.comparison", "evaluation", "trajectori
     return sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()
 
 
+BEYOND = in_one_sentence(beyond.study_name, Path(config.get("scenarios", beyond.SCENARIOS)))
 try:
     check_settings()
 except ConfigError as error:
     raise WorkflowError(str(error)) from None
+
+
+report: "report/workflow.rst"
 
 
 # Drawing and tables run where Snakemake was started, trials in jobs where there is a cluster.
@@ -91,11 +140,23 @@ localrules:
     figure,
     captions,
     table1,
+    verdicts,
+    orders,
+    threshold_effects,
+    scenarios,
+    study_figure,
+    report,
 
 
 wildcard_constraints:
     experiment="|".join(glob_wildcards(ROOT / "configs/experiment/{name}.yaml").name),
     figure=r"\w+",
+    study=r"\w+",
+    table=r"\w+",
+    number=r"\d+",
+
+
+# The paper's figures and tables.
 
 
 rule figures:
@@ -136,7 +197,12 @@ rule figure:
         lambda w: expand(RESULTS / "trials/{name}.csv", name=FIGURES[w.figure]),
     output:
         RESULTS / "figures/{figure}.pdf",
-        report(RESULTS / "figures/{figure}.png", category="Figures", labels={"figure": "{figure}"}),
+        report(
+            RESULTS / "figures/{figure}.png",
+            category="Figures",
+            labels={"figure": "{figure}"},
+            caption="report/figure.rst",
+        ),
     wildcard_constraints:
         figure="|".join(FIGURES),
     params:
@@ -155,7 +221,12 @@ rule captions:
         expand(RESULTS / "trials/{name}.csv", name=CAPTIONS),
     output:
         RESULTS / "tables/captions.csv",
-        report(RESULTS / "tables/captions.md", category="Tables", labels={"table": "Captions"}),
+        report(
+            RESULTS / "tables/captions.md",
+            category="Tables",
+            caption="report/table.rst",
+            labels={"table": "Captions"},
+        ),
     params:
         code=lambda w: code("figures.captions"),
     log:
@@ -171,16 +242,229 @@ rule table1:
         expand(RESULTS / "trials/{name}.csv", name=EXPERIMENTS),
     output:
         RESULTS / "tables/method_comparison.csv",
-        report(RESULTS / "tables/method_comparison.md", category="Tables", labels={"table": "Table 1"}),
+        report(
+            RESULTS / "tables/method_comparison.md",
+            category="Tables",
+            caption="report/table.rst",
+            labels={"table": "Table 1"},
+        ),
     params:
-        study="paper",
-        code=lambda w: code("studies.__main__", "studies.paper"),
+        study="table1",
+        code=lambda w: code("studies.__main__", "studies.table1"),
     log:
-        RESULTS / "logs/answers/paper.log",
+        RESULTS / "logs/answers/table1.log",
     benchmark:
-        RESULTS / "benchmarks/answers/paper.tsv"
+        RESULTS / "benchmarks/answers/table1.tsv"
     shell:
         "python -m studies {params.study} {input:q} --output {output:q} --n_jobs {threads} > {log:q} 2>&1"
 
 
-include: "workflow/studies.smk"
+# Claims: independent replicate studies, and the verdicts that they give.
+
+
+rule claims:
+    input:
+        RESULTS / "claims.csv",
+        RESULTS / "claims.html",
+
+
+rule replicate:
+    input:
+        lambda w: wanted_replicate(int(w.number)),
+    output:
+        RESULTS / "replicates/{number}.csv",
+        RESULTS / "replicates/{number}.json",
+    params:
+        overrides=to_overrides(SETTINGS),
+        code=lambda w: code("experiments.run"),
+    priority: 1
+    threads: workflow.cores if THREADS == -1 else THREADS
+    resources:
+        mem_mb=lambda w, threads: 600 + 300 * threads + TRIALS,
+        runtime=lambda w, threads: 10 + ceil(14 * TRIALS / 60 / threads),
+    log:
+        RESULTS / "logs/replicates/{number}.log",
+    benchmark:
+        RESULTS / "benchmarks/replicates/{number}.tsv"
+    shell:
+        "python -m studies.claims {wildcards.number} {params.overrides:q} n_jobs={threads} output={output[0]:q}"
+        " > {log:q} 2>&1"
+
+
+use rule table1 as verdicts with:
+    input:
+        lambda w: [RESULTS / f"replicates/{n}.csv" for n in range(len(in_one_sentence(sweeps_of_replicates)))],
+    output:
+        RESULTS / "claims.csv",
+        RESULTS / "tables/readings.csv",
+        RESULTS / "tables/criteria.csv",
+        report(
+            RESULTS / "claims.html",
+            category="Claims",
+            caption="report/claims.rst",
+            labels={"page": "All statements"},
+        ),
+    params:
+        study="claims",
+        files=[sha256((ROOT / name).read_bytes()).hexdigest() for name in CLAIMS_FILES],
+        code=lambda w: code("studies.__main__", "studies.claims"),
+    threads: workflow.cores
+    log:
+        RESULTS / "logs/answers/claims.log",
+    benchmark:
+        RESULTS / "benchmarks/answers/claims.tsv"
+
+
+rule readings:
+    output:
+        RESULTS / "tables/minus59.csv",
+        report(
+            RESULTS / "tables/minus59.md",
+            category="Tables",
+            caption="report/table.rst",
+            labels={"table": "Readings of -59 %"},
+        ),
+    params:
+        overrides=to_overrides(SETTINGS),
+        code=lambda w: code("studies.readings"),
+    threads: workflow.cores if THREADS == -1 else THREADS
+    resources:
+        mem_mb=lambda w, threads: 600 + 300 * threads + TRIALS,
+        runtime=lambda w, threads: 10 + ceil(100 * TRIALS / 60 / threads),
+    log:
+        RESULTS / "logs/readings.log",
+    benchmark:
+        RESULTS / "benchmarks/readings/readings.tsv"
+    shell:
+        "python -m studies.readings {params.overrides:q} --n_jobs {threads} --output {output:q} > {log:q} 2>&1"
+
+
+# Studies of other trials: a table of answers, and a figure where there is something to see.
+
+
+use rule trials as study_trials with:
+    input:
+        lambda w: wanted(f"trials/{w.study}/{w.table}", overrides_of(w)),
+    output:
+        RESULTS / "trials/{study}/{table}.csv",
+        RESULTS / "trials/{study}/{table}.json",
+    params:
+        overrides=overrides_of,
+        code=lambda w: code("experiments.run"),
+    log:
+        RESULTS / "logs/trials/{study}/{table}.log",
+    benchmark:
+        RESULTS / "benchmarks/{study}/{table}.tsv"
+
+
+rule head_to_head:
+    input:
+        RESULTS / "tables/head_to_head.csv",
+
+
+use rule table1 as orders with:
+    input:
+        rules.table1.input,
+        lambda w: trials_of("head_to_head"),
+    output:
+        report(
+            RESULTS / "tables/head_to_head.csv",
+            category="Tables",
+            caption="report/table.rst",
+            labels={"table": "Head to head"},
+        ),
+    params:
+        study="head_to_head",
+        code=lambda w: code("studies.__main__", "studies.head_to_head"),
+    log:
+        RESULTS / "logs/answers/head_to_head.log",
+    benchmark:
+        RESULTS / "benchmarks/answers/head_to_head.tsv"
+
+
+rule threshold_study:
+    input:
+        RESULTS / "tables/threshold_study.csv",
+        expand(RESULTS / "figures/threshold_study.{ext}", ext=["pdf", "png"]),
+
+
+use rule table1 as threshold_effects with:
+    input:
+        lambda w: trials_of("threshold_study"),
+    output:
+        RESULTS / "tables/threshold_study.csv",
+    params:
+        study="thresholds",
+        code=lambda w: code("studies.__main__", "studies.thresholds"),
+    log:
+        RESULTS / "logs/answers/threshold_study.log",
+    benchmark:
+        RESULTS / "benchmarks/answers/threshold_study.tsv"
+
+
+rule beyond:
+    input:
+        RESULTS / "tables" / f"{BEYOND}.csv",
+        expand(RESULTS / "figures/{figure}.{ext}", figure=BEYOND, ext=["pdf", "png"]),
+
+
+use rule table1 as scenarios with:
+    input:
+        lambda w: trials_of(BEYOND),
+    output:
+        RESULTS / "tables" / f"{BEYOND}.csv",
+    params:
+        study="beyond",
+        code=lambda w: code("studies.__main__", "studies.beyond"),
+    log:
+        RESULTS / "logs/answers" / f"{BEYOND}.log",
+    benchmark:
+        RESULTS / "benchmarks/answers" / f"{BEYOND}.tsv"
+
+
+STUDY_FIGURES = {"threshold_study": "studies.thresholds:draw", BEYOND: "studies.beyond:draw"}
+
+
+use rule figure as study_figure with:
+    input:
+        RESULTS / "tables/{figure}.csv",
+    output:
+        RESULTS / "figures/{figure}.pdf",
+        report(
+            RESULTS / "figures/{figure}.png",
+            category="Studies",
+            caption="report/study.rst",
+            labels={"figure": "{figure}"},
+        ),
+    wildcard_constraints:
+        figure="|".join(STUDY_FIGURES),
+    params:
+        draw=lambda w: STUDY_FIGURES[w.figure],
+        code=lambda w: code("figures.__main__", STUDY_FIGURES[w.figure].split(":")[0]),
+
+
+# Everything in one file, by Snakemake itself; it needs the extra `reports`.
+REPORTED = [
+    *rules.figures.input,
+    *rules.claims.input,
+    *rules.readings.output,
+    *rules.head_to_head.input,
+    *rules.threshold_study.input,
+    *rules.beyond.input,
+]
+
+
+rule report:
+    input:
+        REPORTED,
+    output:
+        RESULTS / "report.html",
+    params:
+        snakefile=workflow.snakefile,
+        targets=REPORTED,
+        settings=[f"{key}={value}" for key, value in config.items()],
+    log:
+        RESULTS / "logs/report.log",
+    shell:
+        "python -m snakemake --snakefile {params.snakefile:q} --cores 1 --nolock --report {output:q}"
+        " {params.targets:q} --config {params.settings:q} > {log:q} 2>&1"

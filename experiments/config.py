@@ -131,6 +131,7 @@ class Sweep(MetricOptions):
     seed: Annotated[int, Field(ge=0)]
     replicate: Annotated[int, Field(ge=0)]
     every: Annotated[int, Field(ge=1)] = 1
+    frame: Literal["trial", "study"] = "trial"
     # A study sets these; they are in no file.
     changes: str = ""  # from the experiment's own settings, where a table has several sweeps
     selections: list[Selection] = field(default_factory=list)  # by default all metrics in all cells

@@ -1,6 +1,7 @@
 """Sweeps: every cell of a grid, trial by trial, in parallel processes."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from operator import itemgetter
 from typing import Any
@@ -9,6 +10,7 @@ from zlib import crc32
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
+from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
@@ -33,7 +35,10 @@ def trial_seeds(sweep: Sweep, cell: Cell, trial: int) -> list[np.random.SeedSequ
 
 
 def draw_scene(sweep: Sweep, cell: Cell, seed: np.random.SeedSequence) -> Scene:
-    """Draw the cameras of one trial; of `every=n` every n-th is kept."""
+    """Draw the cameras of one trial; of `every=n` every n-th is kept.
+
+    With `frame=study` the ground truths of all trials of a study are turned by one random rotation.
+    """
     volume = 1.0 if sweep.volume_per_camera is None else sweep.volume_per_camera * cell.n_cameras
     scene = make_scene(
         np.random.default_rng(seed),
@@ -44,6 +49,12 @@ def draw_scene(sweep: Sweep, cell: Cell, seed: np.random.SeedSequence) -> Scene:
         volume=volume,
         **vars(cell),
     )
+    if sweep.frame == "study":
+        key = (crc32(sweep.name.encode()), sweep.replicate)
+        rng = np.random.default_rng(np.random.SeedSequence(sweep.seed, spawn_key=key))
+        turn = Rotation.random(rng=rng).as_matrix()
+        gt_positions = scene.gt_positions @ turn.T
+        scene = replace(scene, gt_positions=gt_positions, gt_rotations=turn @ scene.gt_rotations)
     return scene if sweep.every == 1 else scene[:: sweep.every]
 
 

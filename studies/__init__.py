@@ -1,1 +1,1 @@
-"""The studies: a folder for each, with its description in ``__init__.py``."""
+"""The studies, a file each: ``plan`` (which trials), ``answer`` (tables to tables), ``draw``."""

@@ -3,6 +3,7 @@
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 
 import pandas as pd
@@ -10,44 +11,39 @@ import pandas as pd
 from experiments.command import CommandError, run_command
 from experiments.tables import read_trials, to_csv, write_files
 
-from .study import Answer, find_studies
+STUDIES = ("claims", "table1", "head_to_head", "thresholds", "beyond")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the answers of one study; return the exit code."""
-    names = list(_answers())
     parser = ArgumentParser(
         prog="python -m studies",
         description="Answer a study's question from its trials.",
-        epilog=f"studies: {' | '.join(names)}",
+        epilog=f"studies: {' | '.join(STUDIES)}",
     )
-    parser.add_argument("name", choices=names, metavar="NAME")
+    parser.add_argument("name", choices=STUDIES, metavar="NAME")
     parser.add_argument("tables", nargs="+", type=Path, metavar="TABLE.csv")
     parser.add_argument("--output", nargs="+", type=Path, required=True, metavar="FILE")
     parser.add_argument("--n_jobs", type=int, default=1, help="processes")
     return run_command(parser, _work, arguments)
 
 
-def _answers() -> dict[str, Answer]:
-    studies = find_studies()
-    return {name: study.answer for name, study in studies.items() if study.answer is not None}
-
-
 def _work(options: Namespace) -> list[Path]:
-    answer = _answers()[options.name]
+    # Imported by name, so that an edit of one study runs none of the others again.
+    study = import_module(f"studies.{options.name}")
     trials = [read_trials(path) for path in options.tables]
     try:
-        answers = answer(trials, options.n_jobs)
+        answers = study.answer(trials, options.n_jobs)
     except KeyError as error:
         problem = f"these tables, which lack {error}, are not from {options.name}"
-        raise CommandError(f"{problem}; run: snakemake {options.name}") from None
+        raise CommandError(f"{problem}; see the rules of the Snakefile") from None
     return write_answers(options.name, answers, options.output)
 
 
 def write_answers(
     name: str, answers: Sequence[pd.DataFrame | str], paths: Sequence[Path]
 ) -> list[Path]:
-    """Write the tables that a study returns."""
+    """Write the tables and texts that a study returns."""
     if len(answers) != len(paths):
         raise CommandError(f"{name} writes {len(answers)} files, not {len(paths)}")
     contents = [one.encode() if isinstance(one, str) else to_csv(one) for one in answers]

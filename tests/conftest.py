@@ -31,7 +31,7 @@ OF_LEVELS = {  # folders and files, as in README.md
         *("alignscores/test_torch.py", "alignscores/trajectories"),
     ),
     "command": ("alignscores/cli", "golden"),
-    "study": ("cluster", "experiments", "figures", "report", "studies", "workflow"),
+    "study": ("cluster", "experiments", "figures", "studies", "workflow"),
     "house": (
         *(".", "alignscores/test_interface.py", "alignscores/test_interruptions.py"),
         "alignscores/test_texts.py",

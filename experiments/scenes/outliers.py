@@ -23,6 +23,16 @@ def _uniform(
     rotations[outliers] = Rotation.random(count, rng=rng).as_matrix()
 
 
+def _last(
+    rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, side: float
+) -> None:
+    """Put the last cameras anywhere in the cube, with random rotations: the authors' program."""
+    if count == 0:
+        return
+    positions[-count:] = rng.uniform(-side / 2, side / 2, size=(count, 3))
+    rotations[-count:] = Rotation.random(count, rng=rng).as_matrix()
+
+
 def _cluster(
     rng: np.random.Generator, rotations: Floats, positions: Floats, count: int, side: float
 ) -> None:
@@ -71,6 +81,7 @@ def _missing(
 
 OUTLIERS: Mapping[str, Callable[[np.random.Generator, Floats, Floats, int, float], None]] = {
     "uniform": _uniform,
+    "last": _last,
     "cluster": _cluster,
     "frozen": _frozen,
     "diverging": _diverging,

@@ -10,11 +10,10 @@ from experiments.config import experiment_names, load_sweep
 from experiments.metrics import metric as find
 from experiments.tables import Record, read_trials
 from studies.__main__ import main
-from studies.beyond.findings import findings
-from studies.claims.claims import load_claims
-from studies.claims.plan import plan
-from studies.claims.verdicts import decide
-from studies.paper.table1 import compare, to_markdown
+from studies.beyond import findings
+from studies.claims import decide, plan
+from studies.statements import load_claims
+from studies.table1 import compare, to_markdown
 
 from .conftest import undescribed
 
@@ -47,7 +46,7 @@ def test_table1_is_written_as_csv_and_markdown(make_up, written, tmp_path, line,
     }
     paths = written({name: make_up(sweep, value=worsens) for name, sweep in sweeps.items()})
     table, text = tmp_path / "a" / "table1.csv", tmp_path / "b" / "table1.md"
-    assert main(["paper", *paths, "--output", str(table), str(text)]) == 0
+    assert main(["table1", *paths, "--output", str(table), str(text)]) == 0
     assert capsys.readouterr().out == f"{table}\n{text}\n"
     expected = compare(
         {name: read_trials(Path(path)) for name, path in zip(sweeps, paths, strict=True)}
@@ -57,20 +56,20 @@ def test_table1_is_written_as_csv_and_markdown(make_up, written, tmp_path, line,
     assert undescribed(compare, expected) == []
 
     table.unlink()
-    assert main(["paper", *paths, "--output", str(table)]) == 1
-    assert line() == "paper writes 2 files, not 1"
-    assert main(["paper", *paths[1:], "--output", str(table), str(text)]) == 1
-    lacking = "these tables, which lack 'collinear', are not from paper"
-    assert line() == f"{lacking}; run: snakemake paper"
+    assert main(["table1", *paths, "--output", str(table)]) == 1
+    assert line() == "table1 writes 2 files, not 1"
+    assert main(["table1", *paths[1:], "--output", str(table), str(text)]) == 1
+    lacking = "these tables, which lack 'collinear', are not from table1"
+    assert line() == f"{lacking}; see the rules of the Snakefile"
     Path(paths[0]).unlink()
-    assert main(["paper", *paths, "--output", str(table), str(text)]) == 1
+    assert main(["table1", *paths, "--output", str(table), str(text)]) == 1
     assert line() == f"{paths[0]} does not exist; run: snakemake {paths[0]}"
     assert not table.exists()
 
 
 @pytest.mark.slow
 def test_claims_have_verdicts_and_decisions(make_up, written, tmp_path, line):
-    outputs = [tmp_path / name for name in ("claims.csv", "readings.csv", "criteria.csv")]
+    outputs = [tmp_path / name for name in ("claims.csv", "readings.csv", "criteria.csv", "a.html")]
     sweeps = [replace(sweep, trials=2) for sweep in plan(CLAIMS.needed(0))]
     paths = written(
         {
@@ -88,6 +87,8 @@ def test_claims_have_verdicts_and_decisions(make_up, written, tmp_path, line):
     readings = pd.read_csv(outputs[1])
     assert undescribed(decide, readings) == []
     assert set(readings["decision"]) == {decision.id for decision in CLAIMS.decisions}
+    page = outputs[3].read_text()
+    assert page.count('<tr id="') == len(table)
     criteria = pd.read_csv(outputs[2])
     assert undescribed(decide, criteria) == []
     assert len(criteria) == sum(len(criterion.others) for criterion in CLAIMS.criteria)

@@ -12,7 +12,6 @@ from modulefinder import ModuleFinder
 from pathlib import Path
 
 import pytest
-
 from studies.study import find_studies
 
 from ..snakemake_server import home

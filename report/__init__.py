@@ -1,1 +1,0 @@
-"""The report: verdicts, figures, tables, costs and provenance on one self-contained page."""
