@@ -71,9 +71,8 @@ def overrides(experiment):
 @cache
 def tables_of(study):
     """Return the settings of each table of trials of a study, by its name."""
-    plans = {"head_to_head": head_to_head.plan, "threshold_study": thresholds.plan, BEYOND: beyond.plan}
     keys = OWN_KEYS.get("beyond" if study == BEYOND else study, [])
-    return plans[study]({**SETTINGS, **{key: config[key] for key in keys if key in config}})
+    return PLANS[study]({**SETTINGS, **{key: config[key] for key in keys if key in config}})
 
 
 @cache
@@ -125,6 +124,7 @@ def code(*modules, leave_out=("comparison.comparison", "evaluation", "trajectori
 
 
 BEYOND = in_one_sentence(beyond.study_name, Path(config.get("scenarios", beyond.SCENARIOS)))
+PLANS = {"head_to_head": head_to_head.plan, "threshold_study": thresholds.plan, BEYOND: beyond.plan}
 try:
     check_settings()
 except ConfigError as error:

@@ -12,7 +12,8 @@ from modulefinder import ModuleFinder
 from pathlib import Path
 
 import pytest
-from studies.study import find_studies
+
+from studies import beyond, head_to_head
 
 from ..snakemake_server import home
 from .conftest import ROOT, SNAKEFILE, options
@@ -20,16 +21,9 @@ from .conftest import ROOT, SNAKEFILE, options
 FOLDERS = ("alignscores", "baselines", "experiments", "studies", "figures", "report")
 
 
-def n_trials(name):
-    """Return the number of a study's tables of trials."""
-    plan = find_studies()[name].plan
-    assert plan
-    return len(plan({}))
-
-
 def copy_of_the_project(folder):
     leave = shutil.ignore_patterns("__pycache__")
-    for name in (*FOLDERS, "configs", "workflow"):
+    for name in (*FOLDERS, "configs"):
         shutil.copytree(ROOT / name, folder / name, ignore=leave)
     shutil.copy(SNAKEFILE, folder)
     return folder
@@ -38,9 +32,10 @@ def copy_of_the_project(folder):
 TARGETS = {  # rules of the jobs that each target needs, from nothing; with two replicates
     "figures": {"trials": 8, "figure": 7, "captions": 1, "table1": 1},
     "claims": {"replicate": 2, "verdicts": 1},
-    "head_to_head": {"trials": 8, "study_trials": n_trials("head_to_head"), "orders": 1},
-    "threshold_study": {"study_trials": 3, "thresholds": 1, "study_figure": 1},
-    "beyond": {"study_trials": n_trials("beyond"), "scenarios": 1, "study_figure": 1},
+    "readings": {},
+    "head_to_head": {"trials": 8, "study_trials": len(head_to_head.plan({})), "orders": 1},
+    "threshold_study": {"study_trials": 3, "threshold_effects": 1, "study_figure": 1},
+    "beyond": {"study_trials": len(beyond.plan({})), "scenarios": 1, "study_figure": 1},
 }
 
 
@@ -63,17 +58,19 @@ def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(sna
     settings = ("replicates=2", "trials=100", "results_dir=quick")
     done = snakemake("report", "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
-    assert needs == {"trials", "study_trials", "replicate"}
+    assert needs == {"trials", "study_trials", "replicate", "readings"}
     assert "threads: " not in done.text  # named where more than one
 
 
 def test_on_a_cluster_what_else_makes_files_runs_where_it_was_started():
     """A dry run does not tell; `use rule` leaves behind what one rule says of itself."""
-    code = "".join(path.read_text() for path in [SNAKEFILE, *(ROOT / "workflow").glob("*.smk")])
+    code = SNAKEFILE.read_text()
     rules = re.findall(r"^(rule|use rule \w+ as) (\w+).*:\n((?:\n|    .*\n)*)", code, re.MULTILINE)
     makes = {name for kind, name, body in rules if kind != "rule" or "output:" in body}
     local = "".join(re.findall(r"^localrules:\n((?:    \w+,\n)+)", code, re.MULTILINE))
-    assert makes - {*re.findall(r"\w+", local)} == {"trials", "study_trials", "replicate"}
+    assert makes - {*re.findall(r"\w+", local)} == {
+        *("trials", "study_trials", "replicate", "readings"),
+    }
 
 
 @pytest.mark.parametrize(
@@ -86,8 +83,6 @@ def test_on_a_cluster_what_else_makes_files_runs_where_it_was_started():
         ("threshold_study", "tas_max_threshold=0.5", "'tas_max_threshold' must be a list in "),
         ("claims", "replicates=1", "'replicates'"),
         ("beyond", "scenarios=mine.yaml", "scenarios.a: setting 'geometry': must be one of "),
-        ("real", "n_jobs=1", "snakemake: real needs --config benchmark=FILE"),
-        ("real", "benchmark=missing.yaml", "missing.yaml: cannot be read"),
     ],
 )
 def test_wrong_settings_are_named_before_any_trial(snakemake, tmp_path, target, setting, named):
@@ -162,14 +157,14 @@ EDITS = [  # files of the project, with the jobs that an edit of them makes run 
     (
         (
             *("alignscores/trajectories/files/tum.py", "alignscores/cli/compare.py"),
-            *("report/page.py", "studies/threshold_study/effects.py"),
+            *("report/figure.rst", "studies/thresholds.py"),
             *("alignscores/rerun.py", "alignscores/evaluation/scoring.py"),
         ),
         {},
     ),
     (("alignscores/plots.py",), DRAWN),  # which has what the histogram draws
     (("figures/curves.py",), DRAWN),
-    (("studies/beyond/findings.py",), ANALYSIS),
+    (("studies/beyond.py",), ANALYSIS),
     (("studies/order.py",), ANALYSIS),
     (
         ("experiments/scenes/errors.py",),
@@ -189,7 +184,7 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(snakemake, tmp_path)
     Files are not made but taken for made, which Snakemake records alike.
     """
     copy = copy_of_the_project(tmp_path / "copy")
-    (copy / "studies" / "beyond" / "scenarios.yaml").write_text(SCENARIOS)
+    (copy / "studies" / "beyond.yaml").write_text(SCENARIOS)
 
     def run(*arguments):
         done = snakemake(*arguments, "--config", "n_jobs=1", project=copy)
@@ -272,33 +267,6 @@ print(*filter(None, files), sep="\\n")
         assert ("alignscores", other) not in parts
 
 
-@pytest.mark.slow
-def test_your_own_runs_are_a_study_where_they_are_given(snakemake, tmp_path):
-    data = ROOT / "tests" / "data" / "tum"
-    for sequence in ("desk", "room"):
-        for system in "ab":
-            for run in range(3):
-                path = tmp_path / "data" / sequence / system / f"{run}.txt"
-                path.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(data / "estimate.txt", path)
-        shutil.copy(data / "reference.txt", tmp_path / "data" / sequence / "gt.txt")
-    (tmp_path / "b.yaml").write_text(
-        'format: tum\nreference: "data/{sequence}/gt.txt"\n'
-        'estimate: "data/{sequence}/{system}/{run}.txt"\n'
-    )
-    setting = ("--config", "benchmark=b.yaml", "more=[rpe@5f,TAS]")
-    report = snakemake("report", "--dry-run", *setting).planned
-    assert (report["own_runs"], report["real_answers"]) == (2, 1)
-    done = snakemake("real", *setting)
-    assert done.returncode == 0, done.text
-    assert snakemake("real", "--dry-run", *setting).planned == {}
-    table = (tmp_path / "results/tables/real.csv").read_text()
-    assert "\nrpe@5f," in table
-    with (tmp_path / "data/desk/a/0.txt").open("a") as file:
-        file.write("\n")
-    assert snakemake("real", "--dry-run", *setting).planned["own_runs"] == 1
-
-
 OWN = """\
 settings: {trials: 2, n_cameras: [20], n_outliers: [0, 4], sigma_t: [0, 0.1], sigma_r_deg: [1, 5]}
 scenarios:
@@ -364,11 +332,12 @@ def test_a_killed_run_goes_on_to_the_same_bytes(snakemake, tmp_path):
     assert len(tables("größe=1")) == 2
 
 
-TOY = {
-    "__init__.py": '''\
+TOY = '''\
 """Toy: the mean score of two metrics."""
 
-from ..study import Study
+from matplotlib.figure import Figure
+
+from figures import style
 
 
 def plan(settings):
@@ -383,32 +352,12 @@ def answer(trials, n_jobs=1):
     return [means.rename_axis("metric").reset_index(name="mean")]
 
 
-STUDY = Study(
-    name="toy",
-    title="A toy",
-    plan=plan,
-    answer=answer,
-    text="The mean of each metric.",
-    alt="Two bars.",
-)
-''',
-    "figure.py": '''\
-"""A bar for each metric."""
-
-from matplotlib.figure import Figure
-
-from figures import style
-
-
 def draw(table):
     """Figure: the mean of each metric."""
     figure = Figure(figsize=(style.COLUMN, 2))
     figure.subplots().bar(table["metric"], table["mean"])
     return figure
-''',
-}
-
-
+'''
 RULES = """
 
 use rule table1 as toy_means with:
@@ -430,19 +379,26 @@ rule toy:
         rules.toy_means.output,
         expand(RESULTS / "figures/{figure}.{ext}", figure="toy", ext=["pdf", "png"]),
 """
+ENTRIES = [  # in the Snakefile
+    ("studies import beyond,", "studies import toy, beyond,"),
+    ("STUDY_FIGURES = {", 'STUDY_FIGURES = {"toy": "studies.toy:draw", '),
+    ("PLANS = {", 'PLANS = {"toy": toy.plan, '),
+]
 
 
 @pytest.mark.slow
-def test_a_new_study_is_a_folder_and_a_rule(snakemake, tmp_path):
+def test_a_new_study_is_a_file_and_a_rule(snakemake, tmp_path):
     """The recipe of docs/develop/extend.md: a target, a table and a figure."""
     copy = copy_of_the_project(tmp_path / "copy")
-    folder = copy / "studies" / "toy"
-    folder.mkdir()
-    for name, text in TOY.items():
-        (folder / name).write_text(text)
-    studies = copy / "workflow" / "studies.smk"
-    entry = 'STUDY_FIGURES = {\n    "toy": ("studies.toy.figure:draw", ["toy"]),'
-    studies.write_text(studies.read_text().replace("STUDY_FIGURES = {", entry) + RULES)
+    (copy / "studies" / "toy.py").write_text(TOY)
+    main = copy / "studies" / "__main__.py"
+    main.write_text(main.read_text().replace("STUDIES = (", 'STUDIES = ("toy", '))
+    snakefile = copy / "Snakefile"
+    text = snakefile.read_text()
+    for old, new in ENTRIES:
+        assert old in text
+        text = text.replace(old, new)
+    snakefile.write_text(text + RULES)
     settings = ["--config", "trials=2", "results_dir=quick"]
     done = snakemake("toy", *settings, project=copy)
     assert done.returncode == 0, done.text
