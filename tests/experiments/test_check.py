@@ -40,6 +40,23 @@ def test_a_changed_digit_of_a_table_is_noticed(tmp_path, capsys):
     assert "has no published table; run: snakemake figures" in capsys.readouterr().err
 
 
+def test_each_claim_that_differs_is_named_with_what_differs(tmp_path, capsys, monkeypatch):
+    claims = pd.DataFrame({"id": list("abcdef"), "ours": 0.5, "verdict": "reproduced"})
+    monkeypatch.setattr("experiments.check.PUBLISHED", tmp_path / "published")
+    for folder in ("published", "results"):
+        (tmp_path / folder).mkdir()
+        claims.to_csv(tmp_path / folder / "claims.csv", index=False)
+    assert main([str(tmp_path / "results")]) == 0
+    claims.loc[1:5, "ours"] = 0.4
+    claims.loc[2, "verdict"] = "inconclusive"
+    claims.to_csv(tmp_path / "results" / "claims.csv", index=False)
+    capsys.readouterr()
+    assert main([str(tmp_path / "results")]) == 1
+    printed = capsys.readouterr().err
+    assert printed.count("ours is 0.4, published 0.5") == 5
+    assert "c, ours is 0.4, published 0.5, verdict is inconclusive, published reproduced" in printed
+
+
 def test_other_settings_are_named_before_numbers(tmp_path, capsys):
     sweep = load_sweep(["experiment=outliers", "trials=2", "n_outliers=[0]", "tas.order=0.2"])
     path = tmp_path / "trials" / "outliers.csv"
