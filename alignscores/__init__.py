@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from .distance import ras_angle, tas_distance
     from .evaluation import Evaluation, Settings, evaluate
     from .histogram import AlignmentScore
+    from .io import Trajectory
     from .pose import PASResult, pas
     from .profile import ScoreProfile, ras_profile, tas_profile
     from .registration import Registration
     from .rotation import RASResult, ras
     from .similarity import Similarity
-    from .trajectories.files import Trajectory
     from .translation import TASResult, closest_pair_quartile, tas
     from .validation import AlignmentWarning
 
@@ -69,12 +69,12 @@ MODULES = {
     "distance": "ras_angle tas_distance",
     "evaluation": "Evaluation Settings evaluate",
     "histogram": "AlignmentScore",
+    "io": "Trajectory",
     "pose": "PASResult pas",
     "profile": "ScoreProfile ras_profile tas_profile",
     "registration": "Registration",
     "rotation": "RASResult ras",
     "similarity": "Similarity",
-    "trajectories.files": "Trajectory",
     "translation": "TASResult closest_pair_quartile tas",
     "validation": "AlignmentWarning",
 }

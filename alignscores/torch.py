@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from .batch import pas_batch
+from .extras import require
 from .metrics import metric
 from .protocols import NoValueError
-from .trajectories.extras import require
 
 torch: Any = require("torch", "torch")
 torchmetrics: Any = require("torchmetrics", "torch")

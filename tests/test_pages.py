@@ -28,10 +28,10 @@ import yaml
 
 import alignscores as library
 import baselines
+from alignscores import io as files
 from alignscores import protocols
 from alignscores.cli import main as alignscores
 from alignscores.protocols import PROTOCOLS
-from alignscores.trajectories import files
 from experiments.config import EXECUTION, Sweep, load
 from experiments.metrics import METRICS
 from experiments.scenes import ERRORS, OUTLIERS, PATHS
@@ -299,7 +299,7 @@ def test_all_that_is_public_is_shown():
     shown = set(re.findall(r"^   ([\w.]+)$", page, re.MULTILINE))
     for prefix, names in {
         "protocols.": [one for one in protocols.__all__ if callable(getattr(protocols, one))],
-        "trajectories.files.": [one for one in files.__all__ if one.startswith("read_")],
+        "io.": [one for one in files.__all__ if one.startswith("read_")],
         "": [*library.__all__, *baselines.__all__],
     }.items():
         assert {prefix + name for name in names} <= shown

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note, why
 from ..evaluation.settings import Settings
+from ..io import FileError
 from ..metrics import SCORES, metric
 from ..texts import alike, printable
-from ..trajectories.files import FileError
 from ..version import __version__
 from .table import LEGEND, metric_table, table
 

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats
 from ..distance import N_THRESHOLDS, smallest_unit
+from ..extras import require
+from ..io import Trajectory
 from ..metrics import metric
 from ..pose import PASResult
 from ..similarity import Similarity
 from ..texts import printable
-from ..trajectories.extras import require
-from ..trajectories.files import Trajectory
 from ..trajectories.lever import LeverArm
 from ..validation import finite_rows
 from ..writing import write_whole

@@ -140,7 +140,7 @@ ANALYSIS = {"scenarios": 1, "study_figure": 1}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
     (
         (
-            *("alignscores/trajectories/files/tum.py", "alignscores/cli/compare.py"),
+            *("alignscores/io/text.py", "alignscores/cli/compare.py"),
             *("report/page.py", "studies/threshold_study/effects.py"),
         ),
         {},

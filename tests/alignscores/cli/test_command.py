@@ -7,8 +7,8 @@ import pytest
 
 import alignscores
 from alignscores.evaluation.settings import options
+from alignscores.io import FORMATS
 from alignscores.metrics import FAMILIES
-from alignscores.trajectories.formats import FORMATS
 
 from ..conftest import COLMAP, TUM
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import evaluate, tas_profile
 from alignscores.evaluation.evaluation import STATUSES
-from alignscores.trajectories.files import Trajectory, read_kitti, read_tum
+from alignscores.io import Trajectory, read_kitti, read_tum
 
 from ..conftest import FILES
 

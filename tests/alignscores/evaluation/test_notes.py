@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import evaluate
-from alignscores.trajectories.files import Trajectory
+from alignscores.io import Trajectory
 
 from ..conftest import TUM, write_poses
 

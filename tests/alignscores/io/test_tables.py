@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores.trajectories.files import FileError, read_euroc, read_kitti, read_tum
-from alignscores.trajectories.recognition import recognise
+from alignscores.io import FileError, read_euroc, read_kitti, read_tum, recognise
 
 N = 5
 STAMPS = 1_700_000_000 + np.arange(N) / 8
@@ -118,7 +117,7 @@ READ = {
 
 
 @pytest.mark.parametrize(("text", "named", "holds"), READ.values(), ids=READ)
-@pytest.mark.filterwarnings("ignore::alignscores.trajectories.files.TrajectoryWarning")
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
 def test_tables_are_read_whatever_their_layout(write, text, named, holds):
     keys, poses = read_tum(write(text), columns=named)
     np.testing.assert_allclose(poses[:, :3, 3], POSITIONS, rtol=0, atol=1e-8)
@@ -151,7 +150,7 @@ NAME_THEM = "name them, as in --columns 't x y z qx qy qz qw'"
         ("1 2 3 4\n1 2 3\n", None, "line 2: has 3 columns, the first row 4"),
         ("1 2 3 4\n1 2 x 4\n", None, "line 2: 'x' is not a number; --columns names the columns"),
         ("0,5 1,5 2,5 3,5\n", None, f"has 5 columns, .*{NAME_THEM}"),  # decimal commas
-        ("x 2 3 4\n", None, "line 1: 'x' is not a number"),
+        ("x 2 3 4\n", None, f"line 1: has 4 columns, .*{NAME_THEM}"),
         ("1 2 3 4\n", "t x y z qx qy qz qw", "has 4 columns, not the 8 of 't x y z"),
         ("nan 2 3 4\n", None, "line 1: the time stamp is not finite"),
         (

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from alignscores.trajectories.files import FileError, read_arrays, read_nerf
+from alignscores.io import FileError, read_arrays, read_nerf
 
 MATRIX = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 

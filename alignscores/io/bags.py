@@ -6,10 +6,18 @@ from typing import Any
 import numpy as np
 
 from ..extras import require
-from .poses import Trajectory, poses_from_quaternions
-from .text import FileError, FilePath, Source
+from .files import FileError, FilePath, Source, open_file
+from .trajectory import (
+    Trajectory,
+    check_stamps,
+    checked,
+    poses_from_quaternions,
+    without_constant_rotations,
+)
 
 __all__ = ["read_bag"]
+
+MAX_BYTES = 10**13  # of a bag, most of which are images
 
 
 def read_bag(path: FilePath, *, topic: str | None = None) -> Trajectory:
@@ -37,13 +45,13 @@ def read_bag(path: FilePath, *, topic: str | None = None) -> Trajectory:
 
     Examples
     --------
-    >>> from alignscores.trajectories.files import read_bag
+    >>> from alignscores.io import read_bag
     >>> stamps, poses = read_bag("run.mcap", topic="/odom")  # doctest: +SKIP
     """
     evo = require("evo.tools.file_interface", "evo")
     folder = Path(path)
-    if not folder.exists():
-        raise FileError(path, "cannot be read (No such file or directory)")
+    if not folder.is_dir():
+        open_file(path, MAX_BYTES).close()  # no device, and there is one
     reader = evo.Rosbag1Reader if folder.suffix == ".bag" else evo.Rosbag2Reader
     try:
         with reader(folder) as bag:
@@ -58,7 +66,8 @@ def read_bag(path: FilePath, *, topic: str | None = None) -> Trajectory:
     quaternions = np.roll(read.orientations_quat_wxyz, -1, axis=1)
     source = Source(path, lambda row: f"message {row + 1}")
     poses = poses_from_quaternions(read.positions_xyz, quaternions, source)
-    return Trajectory(read.timestamps, poses)
+    check_stamps(read.timestamps, source)
+    return checked(read.timestamps, without_constant_rotations(poses, source), source)
 
 
 def _only_topic(path: FilePath, bag: Any, evo: Any) -> str:
