@@ -193,7 +193,8 @@ def _by_width(table: Table) -> list[str]:
         tum = W_FIRST if is_euroc else TUM
         layouts = [BY_WIDTH.get(width, tum).split(), tum.split()]
     for names in layouts:
-        if len(names) <= width and (width in (3, 4, 8) or _is_plausible(names, first)):
+        is_usual = width in (3, 4, 8) and names[0] != "name"
+        if len(names) <= width and (is_usual or _is_plausible(names, first)):
             return names
     return []
 

@@ -11,7 +11,7 @@ from io import BufferedReader, BytesIO, FileIO, TextIOWrapper
 from math import isfinite
 from os import PathLike
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 
 import numpy as np
 
@@ -75,7 +75,7 @@ class Source:
             raise self.error(int(np.argmax(wrong)), reason)
 
 
-def open_file(path: FilePath, max_bytes: int = MAX_BYTES) -> BufferedReader | BytesIO:
+def open_file(path: FilePath, max_bytes: int = MAX_BYTES) -> "BufferedReader[FileIO] | BytesIO":
     """Open a regular file, or a pipe, which is read to its end.
 
     Raise a FileError for folders, devices and sockets, for files that are too large, and for a
@@ -132,7 +132,7 @@ def read_text(path: FilePath, max_bytes: int = MAX_BYTES) -> str:
         raise _no_text(path, content, error.start) from None
 
 
-def _read(path: FilePath, file: BinaryIO, n_bytes: int = -1) -> bytes:
+def _read(path: FilePath, file: IO[bytes], n_bytes: int = -1) -> bytes:
     try:
         return file.read(n_bytes)
     except OSError as error:

@@ -133,15 +133,14 @@ def _refuse_several_runs(stamps: Floats, source: Source) -> None:
     spans = stamps[ends] - stamps[starts]
     if len(starts) == 1 or np.median(ends - starts) < MIN_RUN:
         return
-    for start, before, span, last_span in zip(
-        starts[1:], ends[:-1], spans[1:], spans[:-1], strict=True
-    ):
-        jump = stamps[before] - stamps[start]
-        if jump > min(span, last_span) / 2 > 0:
+    for run in range(1, len(starts)):
+        first, last = stamps[starts[run - 1 : run + 1]], stamps[ends[run - 1 : run + 1]]
+        if last.min() - first.max() > spans[run - 1 : run + 1].min() / 2:
+            jump = stamps[ends[run - 1]] - stamps[starts[run]]
             reason = (
                 f"the time stamps jump back by {jump:.6g} s: the file seems to hold several runs"
             )
-            raise source.error(int(start), f"{reason}; write a file for each")
+            raise source.error(int(starts[run]), f"{reason}; write a file for each")
 
 
 def inverse_poses(poses: Floats) -> Floats:
