@@ -26,9 +26,8 @@ W_FIRST = QUATERNIONS[:, [3, 0, 1, 2]]
 
 
 def table(*columns, by=" ", header="", names=()):
-    rows = [
-        by.join(f"{x:.9g}" if abs(x) < 1e9 else f"{x:.3f}" for x in row) for row in zip_(columns)
-    ]
+    values = np.column_stack(columns)
+    rows = [by.join(f"{x:.9g}" if abs(x) < 1e9 else f"{x:.3f}" for x in row) for row in values]
     rows = [f"{name} {row}" for name, row in zip(names, rows, strict=True)] if names else rows
     return "\n".join([*([header] if header else []), *rows, ""]).encode()
 
