@@ -113,7 +113,7 @@ class Table:
 
     def _fields(self, row: str) -> list[str]:
         if not self.n_after_name:
-            return [text.strip() for text in row.split("," if self.separator else None)]
+            return _split(row, self.separator)
         fields = row.rsplit(maxsplit=self.n_after_name)
         # Numbers in a name are those of another row, which a lost line break has joined.
         return row.split() if sum(map(is_number, fields[0].split())) > 2 else fields
@@ -132,7 +132,7 @@ def open_table(path: FilePath) -> Table:
 
 def _table(path: FilePath, above: list[str], number: int, line: str, row: str) -> Table:
     separator = ";" if ";" in line.partition("#")[0] else "," if "," in row else None
-    first = [text.strip() for text in row.split("," if separator else None)]
+    first = _split(row, separator)
     if separator is None and not is_number(first[0]):
         after = first[::-1]
         n_after_name = next(n for n, text in enumerate(after) if not is_number(text))
@@ -142,11 +142,19 @@ def _table(path: FilePath, above: list[str], number: int, line: str, row: str) -
     return Table(path, above, number, first if first[-1] else first[:-1], separator)
 
 
+def _split(row: str, separator: str | None) -> list[str]:
+    """Return the fields of a row without the quotes around them."""
+    fields = [text.strip() for text in row.split("," if separator else None)]
+    if '"' not in row:
+        return fields
+    return [text[1:-1] if re.fullmatch('".*"', text) else text for text in fields]
+
+
 def _row(line: str) -> str:
     """Return a line with commas for semicolons; a blank line or a comment is empty."""
     if ".#" in line:
         line = MICROSOFT.sub(lambda one: f"{one[1]}inf" if one[2] in "INFinf" else "nan", line)
-    text = line.partition("#")[0].replace('"', "").strip()
+    text = line.partition("#")[0].strip()
     if ";" in text:
         text = text.replace(",", ".").replace(";", ",")  # decimal commas
     return "" if text.startswith(COMMENTS) else text

@@ -303,7 +303,7 @@ def test_nan_has_many_spellings(write, nan):
         assert np.isnan(trajectory.poses[3, :3]).all()
 
 
-@pytest.mark.parametrize("number", ["1_000", "0x10", "1e", "1,5", "١"])
+@pytest.mark.parametrize("number", ["1_000", "0x10", "1e", "1,5", "١", '1"5', '15"'])
 def test_spellings_of_other_languages_are_no_numbers(write, number):
     with pytest.raises(FileError, match="line 2: "):
         read_tum(write(f"{POSE}1 {number} 2 3 0 0 0 1\n"))

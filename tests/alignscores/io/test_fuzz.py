@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import resource
 import warnings
 
@@ -110,10 +111,15 @@ def damaged(content, rng):
 
 
 def strict(content):
-    """Stamps and positions of a plain table of TUM by another way; None where it is not plain."""
-    rows = [line.split() for line in content.decode().splitlines() if not line.startswith("#")]
-    rows = [list(map(float, row)) for row in rows if row]
-    return np.array(rows)[:, :4] if {*map(len, rows)} == {8} else None
+    """Stamps and positions of a table of TUM by another way; None where rows are of other width.
+
+    What is read must be numbers.
+    """
+    lines = re.split("[\r\n]", content.decode("utf-8-sig"))
+    rows = [line.split() for line in lines if line.strip() and not line.startswith("#")]
+    if {*map(len, rows)} != {8}:
+        return None
+    return np.array([list(map(float, row[:4])) for row in rows])
 
 
 def check(form, content, path):
