@@ -18,8 +18,8 @@ from ..evaluation.reading import files_below
 from ..evaluation.settings import Settings
 from ..extras import require
 from ..metrics import SCORES
+from ..metrics.paths import STATISTICS
 from ..pages.estimates import page
-from ..protocols.trajectory import STATISTICS
 from ..texts import csv_text, numbered, printable
 from ..validation import finite_rows
 from ..writing import write_whole
@@ -158,7 +158,7 @@ def errors_csv(scored: Sequence[Evaluation]) -> str:
 
 def metrics_csv(scored: Sequence[Evaluation]) -> str:
     """Return a table of metrics, a line an estimate; empty where there is no value."""
-    names = scored[0].settings.metrics or [family.example for family in SCORES]
+    names = scored[0].settings.metrics or SCORES
     lines = [(one.name, *map(one.value, names)) for one in scored]
     return csv_text(("estimate", *names), lines)
 
