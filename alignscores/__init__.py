@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .profile import ScoreProfile, ras_profile, tas_profile
     from .registration import Registration
     from .rotation import RASResult, ras
+    from .show import plot, save_page
     from .similarity import Similarity
     from .trajectories.files import Trajectory
     from .translation import TASResult, closest_pair_quartile, tas
@@ -51,10 +52,12 @@ __all__ = [
     "nearest_rotations",
     "pas",
     "pas_batch",
+    "plot",
     "ras",
     "ras_angle",
     "ras_batch",
     "ras_profile",
+    "save_page",
     "tas",
     "tas_batch",
     "tas_distance",
@@ -73,6 +76,7 @@ MODULES = {
     "profile": "ScoreProfile ras_profile tas_profile",
     "registration": "Registration",
     "rotation": "RASResult ras",
+    "show": "plot save_page",
     "similarity": "Similarity",
     "trajectories.files": "Trajectory",
     "translation": "TASResult closest_pair_quartile tas",

@@ -45,8 +45,7 @@ TRIAL_CODE = code(
     *("alignscores", "alignscores/protocols", "alignscores/registration", "alignscores/registration/kernel"),
     *("baselines", "experiments", "experiments/scenes"),
 )
-TRIAL_CODE.remove(ROOT / "alignscores" / "plots.py")
-FIGURE_CODE = [*TRIAL_CODE, ROOT / "alignscores" / "plots.py", *code("figures")]
+FIGURE_CODE = [*TRIAL_CODE, ROOT / "alignscores" / "show" / "plots.py", *code("figures")]
 
 EXPERIMENTS = sorted(glob_wildcards(ROOT / "configs" / "experiment" / "{name}.yaml").name)
 PAPER_TRIALS = expand(RESULTS / "trials" / "{experiment}.csv", experiment=EXPERIMENTS)
