@@ -41,8 +41,8 @@ exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
 """
 EVERYDAY = {
     *("t_max_diff", "t_offset", "rate", "max_gap", "invert", "alignment", "missing", "metrics"),
-    *("show", "output", "plot", "save_plot", "save_page", "save_json", "save_csv", "markdown"),
-    *("save_results", "verbose", "version"),
+    *("show", "output", "plot", "save_plot", "save_page"),
+    *("verbose", "version"),
 }
 
 

@@ -203,12 +203,14 @@ class Evaluation:
         All costs of a score add up to what it lacks to 1, the TAS at the first seed.
         """
         matches, result, found = self.matches, self.result, []
-        seconds = matches.keys - self.reference.keys[0] if matches.timed else matches.keys
+        keys = matches.keys
+        if matches.timed:
+            keys = np.round(keys - self.reference.keys[0], 6)
         positions, rotations = matches.est_poses[:, :3, 3], matches.est_poses[:, :3, :3]
         for name, one, poses in (("TAS", result.tas, positions), ("RAS", result.ras, rotations)):
             if name == "TAS" or self.has_rotations:
                 lost = ~finite_rows(poses)
-                found += deficits(name, one.errors, one.thresholds, lost, seconds)
+                found += deficits(name, one.errors, one.thresholds, lost, keys)
         return found
 
     @property

@@ -48,7 +48,9 @@ def curve(evaluation: Evaluation, score: str) -> Curve:
     parts = poses[:, :3, 3] if score == "TAS" else poses[:, :3, :3]
     lost = evaluation.over_expected(~finite_rows(parts), True)
     matches, (low, high) = evaluation.matches, _edges(frames(evaluation))
-    keys = evaluation.times if matches.timed else evaluation.reference.keys[matches.expected_rows]
+    keys = evaluation.reference.keys[matches.expected_rows]
+    if matches.timed:
+        keys = np.round(evaluation.times, 6)
     rows = {key: row for row, key in enumerate(keys.tolist())}
     return Curve(
         score=score,

@@ -26,7 +26,7 @@ from ..version import __version__
 from . import tables
 from .curves import Curve, curve, frames, with_breaks
 
-__all__ = ["figure_html", "page_of", "render"]
+__all__ = ["figures", "page_of", "render"]
 
 POLICY = (  # nothing that the page shows can make it load anything
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
@@ -51,7 +51,7 @@ def page_of(
     scored: Sequence[Evaluation], reference: str = "reference", notes: Sequence[str] = ()
 ) -> str:
     """Return the page; `reference` is its file, `notes` are on it and on files that failed."""
-    names = [evaluation.name for evaluation in scored]
+    names, drawn = [evaluation.name for evaluation in scored], figures(scored)
     more = f" and {len(names) - 3} more" if names[3:] else ""
     sections: list[dict[str, Any]] = [
         {
@@ -67,7 +67,7 @@ def page_of(
                 "Crosses: errors beyond the largest threshold, with a line from the reference. "
                 "Circles: lost frames.",
             ],
-            "figure": _trajectories(scored),
+            "figure": drawn["trajectories"],
         },
         {
             "heading": "Errors over time" if scored[0].settings.form.ordered else "Errors by image",
@@ -75,7 +75,7 @@ def page_of(
                 "Shaded: lost. Dotted: the largest threshold. Bars: the stretches that cost the "
                 "score most."
             ],
-            "figure": _errors(scored),
+            "figure": drawn["errors"],
         },
         {
             "heading": "Where the scores are lost",
@@ -84,11 +84,20 @@ def page_of(
         {
             "heading": "Scores over their largest threshold",
             "text": ["Dotted: the largest threshold of the table."],
-            "figure": _profiles(scored),
+            "figure": drawn["profiles"],
         },
     ]
     title = f"{', '.join(names[:3])}{more} against {printable(Path(reference).name)}"
     return render(title, tables.conditions(scored), sections)
+
+
+def figures(scored: Sequence[Evaluation]) -> dict[str, go.Figure]:
+    """Return the figures of the page."""
+    return {
+        "trajectories": _trajectories(scored),
+        "errors": _errors(scored),
+        "profiles": _profiles(scored),
+    }
 
 
 def render(title: str, lead: Sequence[str], sections: Sequence[Mapping[str, Any]]) -> str:
@@ -101,7 +110,7 @@ def render(title: str, lead: Sequence[str], sections: Sequence[Mapping[str, Any]
     shown = []
     for number, section in enumerate(sections):
         figure = section.get("figure")
-        html = "" if figure is None else figure_html(figure, f"figure-{number}")
+        html = "" if figure is None else _figure_html(figure, f"figure-{number}")
         shown.append({**section, "id": f"section-{number}", "figure": html})
     if any(section["figure"] for section in shown):
         from plotly.offline import get_plotlyjs
@@ -120,7 +129,7 @@ def render(title: str, lead: Sequence[str], sections: Sequence[Mapping[str, Any]
     )
 
 
-def figure_html(figure: go.Figure, name: str) -> Markup:
+def _figure_html(figure: go.Figure, name: str) -> Markup:
     """Return the element of a figure, and the script that draws it."""
     config = {"responsive": True, "displaylogo": False}
     html = figure.to_html(config, include_plotlyjs=False, full_html=False, div_id=name)

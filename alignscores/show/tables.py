@@ -40,15 +40,17 @@ def rows_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
         return [["estimate", *scored[0].row], *rows]
     headers = [header(name, settings.form.unit) for name in settings.metrics]
     rows = [
-        [name, *(_number(one.value(key), metric(key).family.unit) for key in settings.metrics)]
+        [name, *(_number(key, one.value(key)) for key in settings.metrics)]
         for name, one in zip(names, scored, strict=True)
     ]
     return [["estimate", *headers], *rows]
 
 
-def _number(value: float | None, unit: str) -> str:
-    """Return scores with three decimals, percentages with one, other numbers with three digits."""
-    form = {"": ".3f", "%": ".1f"}.get(unit, ".3g")
+def _number(name: str, value: float | None) -> str:
+    """Return our scores as in the other table, and metrics of other projects with a digit more."""
+    family = metric(name).family
+    ours, others = {"": ".3f"}, {"": ".4f", "%": ".2f"}
+    form = ours.get(family.unit, ".3g") if family in SCORES else others.get(family.unit, ".4g")
     return "-" if value is None or not math.isfinite(value) else format(value, form)
 
 
