@@ -75,7 +75,8 @@ def chart(x: Axis, rows: Iterable[tuple[str, str]], spoken: str) -> str:
     ticks = "".join(f'<i style="left:{place:.1%}">{text}</i>' for text, place in x.ticks())
     return (
         f'<div class="chart" role="img" aria-label="{escape(spoken)}">'
-        f'<div class="rows">{cells}</div><div class="ticks" aria-hidden="true">{ticks}</div><p>{escape(x.label)}</p></div>'
+        f'<div class="rows">{cells}</div><div class="ticks" aria-hidden="true">{ticks}</div>'
+        f"<p>{escape(x.label)}</p></div>"
     )
 
 

@@ -137,8 +137,8 @@ def _figure_html(figure: go.Figure, name: str) -> Markup:
 
 
 def _shown(text: str) -> str:
-    """Return a text that plotly shows as it is, which would render tags and entities."""
-    return escape(printable(text), quote=False)
+    """Return a text that plotly shows as it is, which would render tags, entities and formulas."""
+    return escape(printable(text), quote=False).replace("$", "&#36;")
 
 
 def _style(index: int) -> dict[str, str]:

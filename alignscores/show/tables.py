@@ -34,7 +34,7 @@ Rows = list[list[str]]  # the first is the header
 
 def rows_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
     """Return the table of the estimates; of their metrics where the settings have any."""
-    names, settings = distinct([one.name for one in scored], longest), scored[0].settings
+    names, settings = _names(scored, longest), scored[0].settings
     if not settings.metrics:
         rows = [[name, *one.row.values()] for name, one in zip(names, scored, strict=True)]
         return [["estimate", *scored[0].row], *rows]
@@ -44,6 +44,10 @@ def rows_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
         for name, one in zip(names, scored, strict=True)
     ]
     return [["estimate", *headers], *rows]
+
+
+def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
+    return distinct([printable(one.name) for one in scored], longest)
 
 
 def _number(name: str, value: float | None) -> str:
@@ -58,7 +62,7 @@ def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
     """Return the table of where the scores are lost."""
     first = scored[0]
     unit = " [s]" if first.matches.timed else ""
-    names = distinct([one.name for one in scored], longest)
+    names = _names(scored, longest)
     header = ["estimate", "score", f"from{unit}", f"to{unit}"]
     header += [first.time_label.partition(" ")[0].replace("time", "frame") + "s"]
     rows = [[*header, "cause", "cost", "share of 1 - score"]]
