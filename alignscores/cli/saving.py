@@ -16,7 +16,7 @@ import scipy
 from ..evaluation.evaluation import STATUSES, Evaluation
 from ..evaluation.reading import files_below
 from ..evaluation.settings import Settings
-from ..protocols.trajectory import STATISTICS
+from ..metrics.paths import STATISTICS
 from ..show import tables
 from ..texts import numbered, printable
 from ..trajectories.extras import require

@@ -137,7 +137,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
     if counted := [name for name in unvalued if not math.isnan(scores[name])]:
         notes.append(f"without a value, counted as failures: {', '.join(counted)}")
     valued = [
-        name for name in names if evaluation.has_rotations or not metric(name).family.rotations
+        name for name in names if evaluation.has_rotations or "rotations" not in metric(name).needs
     ]
     if few := [name for name in valued if math.isnan(scores[name])]:
         notes.append(f"too few cameras for {', '.join(few)}: left out of its means")
@@ -165,7 +165,7 @@ def _score(evaluation: Evaluation, name: str) -> float:
     if value is not None:
         return value
     entry = metric(name)
-    if entry.family.rotations and not evaluation.has_rotations:
+    if "rotations" in entry.needs and not evaluation.has_rotations:
         return math.nan
     return evaluation.half_distance if name == "half_distance" else entry.worst
 

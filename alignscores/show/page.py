@@ -16,11 +16,10 @@ from markupsafe import Markup
 from plotly.subplots import make_subplots
 
 from ..arrays import Floats
-from ..distance import N_THRESHOLDS
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import collected_warnings
-from ..profile import ScoreProfile, tas_profile
 from ..texts import printable
+from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
 from ..validation import finite_rows
 from ..version import __version__
 from . import tables

@@ -52,9 +52,9 @@ def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
 
 def _number(name: str, value: float | None) -> str:
     """Return our scores as in the other table, and metrics of other projects with a digit more."""
-    family = metric(name).family
+    unit = metric(name).unit
     ours, others = {"": ".3f"}, {"": ".4f", "%": ".2f"}
-    form = ours.get(family.unit, ".3g") if family in SCORES else others.get(family.unit, ".4g")
+    form = ours.get(unit, ".3g") if metric(name).name in SCORES else others.get(unit, ".4g")
     return "-" if value is None or not math.isfinite(value) else format(value, form)
 
 
@@ -196,7 +196,7 @@ def _conditions(first: Evaluation) -> str:
         frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
     if settings.missing == "ignore":
         frames += ", lost ones left out"
-    ours = [metric(name).family in SCORES for name in settings.metrics]
+    ours = [metric(name).name in SCORES for name in settings.metrics]
     if ours and not any(ours):
         return frames
     times_d = "d" if settings.max_threshold == 1 else f"{settings.max_threshold:g} d"
