@@ -51,7 +51,7 @@ def test_a_lost_track_that_is_not_scored():
     half = without(lambda times: times >= 20)
     ignored, failed = (evaluate(TRUTH, half, missing=missing) for missing in ("ignore", "fail"))
     assert [str(note) for note in ignored.notes] == [
-        "only 52% of the time is scored, since the rest has no pose; --missing fail counts it as "
+        "only 52% of the time is scored, since the rest is lost; --missing fail counts it as "
         "failures"
     ]
     assert ignored.pas == 1
