@@ -3,10 +3,9 @@
 import sys
 from collections.abc import Sequence
 
-from ..comparison.tables import Cell, Table, as_text
 from ..evaluation.evaluation import Evaluation
 from ..metrics import header, metric
-from ..texts import shortened, text_width
+from ..texts import shortened, text_table, text_width
 
 __all__ = ["LEGEND", "metric_table", "table"]
 
@@ -27,12 +26,10 @@ refined        the alignment with the best TAS; pcr99: the paper's, the best of 
 def table(evaluations: Sequence[Evaluation], columns: int) -> tuple[str, list[str]]:
     """Return the table of all estimates, and the headers for which the terminal is too narrow."""
     headers = ["estimate", *evaluations[0].row]
-    rows = [
-        [Cell(shortened(one.name, LONGEST)), *map(Cell, one.row.values())] for one in evaluations
-    ]
+    rows = [[shortened(one.name, LONGEST), *one.row.values()] for one in evaluations]
     left_out: list[str] = []
     while True:
-        text = as_text(Table(headers, rows), sys.maxsize)
+        text = text_table([headers, *rows], sys.maxsize)
         if len(headers) == ALWAYS or text_width(text.splitlines()[0]) <= columns:
             return text, left_out
         left_out.insert(0, headers.pop(-2))
@@ -47,8 +44,8 @@ def metric_table(evaluations: Sequence[Evaluation], columns: int) -> str:
     rows = []
     for one in evaluations:
         values = [_metric(name, one.value(name)) for name in settings.metrics]
-        rows.append(list(map(Cell, [shortened(one.name, LONGEST), *values])))
-    return as_text(Table(["estimate", *names], rows), columns)
+        rows.append([shortened(one.name, LONGEST), *values])
+    return text_table([["estimate", *names], *rows], columns)
 
 
 def _metric(name: str, value: float | None) -> str:

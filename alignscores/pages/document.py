@@ -2,7 +2,7 @@
 
 import json
 from base64 import b64encode
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["data_element", "document", "packed", "source"]
+__all__ = ["data_element", "document", "html_table", "packed", "source"]
 
 HEAD = """\
 <!DOCTYPE html>
@@ -37,6 +37,26 @@ def document(title: str, body: str, styles: Iterable[str], scripts: Iterable[str
     parts.append(f"</head>\n<body>\n{body}\n")
     parts += [f"<script>\n{source(script)}</script>\n" for script in scripts]
     return "".join([*parts, "</body>\n</html>\n"])
+
+
+def html_table(header: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
+    """Return a table of HTML, whose cells stand below each other where the screen is too narrow.
+
+    A page of estimates has no pandas, whose tables do not carry the names of columns to the cells.
+    """
+    head = "".join(f'<th scope="col">{name}</th>' for name in header)
+    lines = "".join(
+        f'<tr><th scope="row">{first}</th>'
+        + "".join(
+            f'<td data-label="{name}"><span>{cell}</span></td>'
+            for name, cell in zip(header[1:], cells, strict=True)
+        )
+        + "</tr>"
+        for first, *cells in rows
+    )
+    title = f"<caption>{caption}</caption>" if caption else ""
+    body = f"<thead><tr>{head}</tr></thead><tbody>{lines}</tbody>"
+    return f'<table class="stacked">{title}{body}</table>'
 
 
 def data_element(data: Any) -> str:

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
-from ..comparison.tables import Cell, Table, as_html
 from ..distance import N_THRESHOLDS
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import collected_warnings
@@ -19,7 +18,7 @@ from ..texts import printable
 from ..trajectories.timeline import breaks
 from ..version import __version__
 from .charts import LEGEND, Axis, band, chart, curve, error_axis, flat, key, plot, upright
-from .document import data_element, document, packed, source
+from .document import data_element, document, html_table, packed, source
 
 __all__ = ["page"]
 
@@ -99,8 +98,8 @@ def _conditions(first: Evaluation, kinds: Sequence[Kind]) -> str:
 
 def _table(scored: Sequence[Evaluation]) -> str:
     """Return the table of the command."""
-    rows = [[Cell(one.name), *map(Cell, one.row.values())] for one in scored]
-    return as_html(Table(["estimate", *scored[0].row], rows))
+    rows = [list(map(escape, [one.name, *one.row.values()])) for one in scored]
+    return html_table(list(map(escape, ["estimate", *scored[0].row])), rows)
 
 
 def _colours(kinds: Sequence[Kind], *, by_estimate: bool) -> str:
