@@ -170,11 +170,8 @@ def _run(argv: Sequence[str]) -> int:
     form = "markdown" if arguments.markdown == STDOUT else arguments.show
     print(report.written(form, verbose=arguments.verbose), end="", flush=True)
     if form in ("csv", "latex"):  # the other forms have them below the verdict
-        for note in found.notes:
+        for note in found.notes + (changed.notes if changed else []):
             print_note(note)
-    if changed and any(one.relation == WORSE for one in gate):
-        for reason in changed.mute:
-            print_note(reason)
     for problem in [*problems, *reasons]:
         print_error(problem)
     return FAILS if reasons else int(bool(problems))

@@ -52,7 +52,7 @@ class Changes:
             )
             lines.append(
                 f"{row['system']}: worse cannot be significant at {self.level:g} with "
-                f"{row['runs_now']} runs against {row['runs_saved']} ({reason})"
+                f"{row['runs_now']} against {row['runs_saved']} runs ({reason})"
             )
         return lines
 
@@ -93,7 +93,7 @@ def changes(
     before, after = values_of(saved, by, larger), values_of(now, by, larger)
     rows = [
         {"system": system, **row}
-        for system in found.overall["system"]
+        for system in found.runs["system"].unique()
         if system in before and system in after
         if (row := compared(after[system], before[system], found.design))
     ]

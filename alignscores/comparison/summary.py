@@ -152,7 +152,8 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
     not fail, ``..._sd`` the standard deviation of the runs on a sequence (over all: the root mean
     square of these). Systems come in the order of their ranks, then of their means.
     """
-    metrics = [*measured(runs, by), "lost"]
+    names = measured(runs, by)
+    metrics = list(dict.fromkeys([*names, "lost"]))
     common = common_sequences(runs)
     of_scored = runs.where(runs["status"] == "scored").assign(**runs[KEYS])
     by_both = ["system", "sequence"]
@@ -187,7 +188,7 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
         }
         best, worst = ranks[sequence].get(system, (math.nan, math.nan))
         row |= {"rank_best": best, "rank_worst": worst}
-        for name in metrics[:-1]:
+        for name in names:
             row[name] = own_means.loc[places, name].mean()
             row[f"{name}_sd"] = np.sqrt((own_spread.loc[places, name] ** 2).mean(skipna=False))
             row[f"{name}_scored"] = own_scored.loc[places, name].mean()

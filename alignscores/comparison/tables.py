@@ -162,7 +162,7 @@ def as_markdown(table: pd.DataFrame) -> str:
 def latex_table(found: Comparison) -> pd.DataFrame:
     """Return systems by metrics with mean and standard deviation of the runs, three digits each.
 
-    The best mean is bold; = marks those whose difference from it is not significant.
+    The best mean is bold; = marks systems that are not significantly different from it.
     """
     names = [name for name in (*SHOWN[:4], found.by) if name in found.overall]
     columns = {"system": [latex(system) for system in found.overall["system"]]}
@@ -178,26 +178,24 @@ def latex_table(found: Comparison) -> pd.DataFrame:
 
 
 def _latex_column(table: pd.DataFrame, name: str, larger: bool, pairs: pd.DataFrame) -> list[str]:
-    finite = table[name].where(table[name].abs() < math.inf, table[f"{name}_scored"])
-    best = ""
-    if table[name].notna().any():
-        best = str(table["system"].iloc[int(np.nanargmax(table[name] if larger else -table[name]))])
-    pairs = pairs[pairs["sequence"].isna() & (pairs["a"].eq(best) | pairs["b"].eq(best))]
-    behind = pairs[pairs["better"] == best]
-    behind_names = {*behind["a"], *behind["b"]}
-    smallest = finite.abs().min()
-    decimals = 3
-    if smallest >= 1:
-        decimals = max(0, 2 - math.floor(math.log10(smallest)))
+    """Return the cells of a metric: mean and deviation, the best mean bold, ties marked."""
+    means = table[name].where(table[name].abs() < math.inf, table[f"{name}_scored"])
+    if not table[name].notna().any():
+        return len(table) * ["--"]
+    best = table["system"].iloc[int(np.nanargmax(table[name] if larger else -table[name]))]
+    marks = {}
+    for pair in records(pairs[pairs["sequence"].isna()]):
+        if best in (pair["a"], pair["b"]):
+            other = pair["b"] if pair["a"] == best else pair["a"]
+            untested, ahead = math.isnan(pair["p"]), isinstance(pair["better"], str)
+            marks[other] = r"$^{\circ}$" if untested else "" if ahead else "$^{=}$"
+    decimals = max(0, 2 - math.floor(math.log10(max(means.abs().min(), 0.1))))
     cells = []
-    for system, mean, deviation in zip(table["system"], finite, table[f"{name}_sd"], strict=True):
-        if math.isnan(mean):
-            cells.append("--")
-            continue
-        text = f"{mean:.{decimals}f}"
+    for system, mean, deviation in zip(table["system"], means, table[f"{name}_sd"], strict=True):
+        text = f"{mean:.{decimals}f}" if math.isfinite(mean) else "--"
         text = rf"\textbf{{{text}}}" if system == best else text
         text += rf" $\pm$ {deviation:.{decimals}f}" if math.isfinite(deviation) else ""
-        cells.append(text + ("" if system == best or system in behind_names else "$^{=}$"))
+        cells.append(text + marks.get(system, ""))
     return cells
 
 
@@ -209,7 +207,8 @@ def as_latex(found: Comparison) -> str:
     text = str(table.to_latex(index=False, escape=False, column_format=aligned))
     lines = [
         "Mean over sequences, and standard deviation of the runs on a sequence. Bold: best mean;",
-        f"=: not significantly different from it (false discovery rate {100 * LEVEL:.0f} %).",
+        f"=: not significantly different from it (false discovery rate {100 * LEVEL:.0f} %);",
+        "o: too few runs for a test against it.",
         *found.verdict,
         *found.notes,
     ]
