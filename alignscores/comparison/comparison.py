@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -307,10 +308,8 @@ def read_runs(file: str) -> pd.DataFrame:
     try:
         if Path(file).suffix == ".json":
             return pd.DataFrame(json.loads(text)["runs"])
-        from io import StringIO
-
         texts = dict.fromkeys(("sequence", "system", "run"), str)
-        runs = pd.read_csv(StringIO(text), dtype=texts, float_precision="round_trip")
+        runs = pd.read_csv(StringIO(text), dtype=texts)
     except (KeyError, RecursionError, TypeError, ValueError):
         raise FileError(file, "has no table of runs, as --save_csv and --save_json write") from None
     for name in texts:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
+from functools import cache
 from itertools import combinations
 from typing import Any, Literal
 
@@ -79,7 +80,8 @@ def _with_values(runs: pd.DataFrame, by: str) -> pd.DataFrame:
     if not runs["status"].isin(STATUSES).all():
         raise ValueError(f"status in the table of runs must be one of {', '.join(STATUSES)}")
     for name in ("file", "error", "notes", "low_score", "settings"):
-        runs[name] = "" if name not in runs else runs[name].fillna("").astype(str).map(printable)
+        texts = runs[name] if name in runs else [""] * len(runs)
+        runs[name] = ["" if pd.isna(text) else printable(str(text)) for text in texts]
     if "reference_rotations" not in runs:
         runs["reference_rotations"] = False
     return runs
@@ -95,6 +97,7 @@ def measured(runs: pd.DataFrame, by: str) -> list[str]:
     return [str(name) for name in runs if name == by or _is_known(name)]
 
 
+@cache
 def _is_known(name: Hashable) -> bool:
     try:
         return metric(str(name)).name == name

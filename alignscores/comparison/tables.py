@@ -112,7 +112,7 @@ def overall(found: Comparison, form: Form = TEXT) -> pd.DataFrame:
             cells[form.escape(_head(name, found))] = form.bold(text) if first else text
         if len(common) < n_sequences:
             everywhere = number(float(row[f"{found.by}_all"]))
-            cells[form.escape(f"{found.by}, all its sequences")] = everywhere
+            cells[form.escape(f"{found.by} (all)")] = everywhere
             cells["sequences"] = f"{row['sequences']}/{n_sequences}"
         low, high = 100 * row["failing_low"], 100 * row["failing_high"]
         cells["failed runs"] = f"{row['failed']}/{row['runs']} ({low:.0f}-{high:.0f} %)"

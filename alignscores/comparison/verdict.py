@@ -18,11 +18,11 @@ __all__ = ["difference_text", "notes_on_runs", "p_text", "verdict"]
 
 def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFrame) -> list[str]:
     """Return sentences on the systems over all."""
-    if not overall[f"{by}_scored"].notna().any():
-        if "TAS" in overall and overall["TAS_scored"].notna().any():
+    scored = runs[runs["status"] == "scored"]
+    if len(scored) and not scored[by].notna().any():
+        if "TAS" in scored and scored["TAS"].notna().any():
             return [f"no run has a {by}, which takes rotations; --by TAS compares by positions"]
-        if (runs["status"] == "scored").any():
-            return [f"no run has a {by}"]
+        return [f"no run has a {by}"]
     order = overall["system"].tolist()
     pairs = pairs[pairs["sequence"].isna()].copy()
     places = pairs[["a", "b"]].map(order.index)
@@ -41,7 +41,7 @@ def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFr
             f"{100 * LEVEL:.0f} % of the differences that are called significant are expected to "
             "be false."
         )
-    return [*lines, *_needed(pairs), *_lacking(runs)]
+    return [*lines, *_needed(pairs), *_lacking(runs, by)]
 
 
 def p_text(p: float) -> str:
@@ -127,7 +127,7 @@ def _needed(pairs: pd.DataFrame) -> list[str]:
     return lines
 
 
-def _lacking(runs: pd.DataFrame) -> list[str]:
+def _lacking(runs: pd.DataFrame, by: str) -> list[str]:
     """Return which systems were not run on all sequences, and what the means are over."""
     tried = pd.crosstab(runs["system"], runs["sequence"]).gt(0)
     tried = tried[runs["sequence"].unique()]  # in their order
@@ -140,8 +140,8 @@ def _lacking(runs: pd.DataFrame) -> list[str]:
         common = common_sequences(runs)
         which = f"the {len(common)} sequences" if len(common) > 1 else "the only sequence"
         lines.append(
-            f"Means are over {which} that all systems have ({first_few(common)}); --expect_all "
-            "counts the missing ones as failed."
+            f"Means are over {which} that all systems have ({first_few(common)}), {by} (all) is over "
+            "all that a system has; --expect_all counts the missing ones as failed."
             if common
             else "No sequence has runs of all systems, so that their means cannot be compared; "
             "--expect_all counts the missing ones as failed."
