@@ -156,7 +156,7 @@ def _run(argv: Sequence[str]) -> int:
     if saved is not None:
         levels = [one.limit for one in gate if one.relation == WORSE]
         changed = changes(found, arguments.baseline, saved, *levels[:1])
-    reasons = reasons_to_fail(gate, found, changed)
+    reasons = reasons_to_fail(gate, found, changed) if gate else []
     problems = found.problems + [f"{error}; it counts as a failure" for error in found.failed]
 
     report = Report(found, changed, reasons)

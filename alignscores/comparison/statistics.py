@@ -121,11 +121,11 @@ def _placements(wins: Floats, labels: Floats) -> tuple[Floats, Floats]:
     """
     n, others = labels[0].sum(), 1 - labels
     m = labels.shape[1] - n
-    of_a = (others @ wins.T) / m  # share of B's runs that each run beats
-    of_b = (labels @ wins) / n  # share of A's runs that beat each run
-    mean = (labels * of_a).sum(axis=1) / n
-    var_a = (labels * (of_a - mean[:, None]) ** 2).sum(axis=1) / (n - 1)
-    var_b = (others * (of_b - mean[:, None]) ** 2).sum(axis=1) / (m - 1)
+    of_a = labels * (others @ wins.T) / m  # placements: shares of B's runs that A's runs beat
+    of_b = others * (labels @ wins) / n  # shares of A's runs that beat B's runs
+    mean = of_a.sum(axis=1) / n
+    var_a = (np.einsum("ij,ij->i", of_a, of_a) - n * mean**2) / (n - 1)
+    var_b = (np.einsum("ij,ij->i", of_b, of_b) - m * mean**2) / (m - 1)
     return mean - 0.5, np.maximum(var_a / n + var_b / m, (n + m + 1) / (48 * n * m))
 
 

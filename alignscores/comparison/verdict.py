@@ -191,7 +191,8 @@ def _dependence(runs: pd.DataFrame, by: str) -> float:
         table = own.pivot(index="sequence", columns="run", values=by).dropna(axis="columns")
         if min(len(table), len(table.columns) - 1) < 2:
             continue
-        found = scipy.stats.friedmanchisquare(*table.to_numpy().T).statistic
+        with np.errstate(invalid="ignore", divide="ignore"):  # of runs that are all equal
+            found = scipy.stats.friedmanchisquare(*table.to_numpy().T).statistic
         if np.isfinite(found):
             statistic, free = statistic + found, free + len(table.columns) - 1
     return float(scipy.stats.chi2.sf(statistic, free)) if free else 1.0

@@ -98,7 +98,9 @@ def test_options_may_stand_between_the_files(run):
     [
         ("evo", [*TUM, "--save_results", "never.zip"], "evo"),
         ("matplotlib", [*TUM, "--save_plot", "never.png"], "plots"),
-        ("yaml", ["compare", "never.yaml"], "yaml"),
+        ("pandas", ["compare", "a", "b"], "compare"),
+        ("joblib", ["compare", "a", "b"], "compare"),
+        ("yaml", ["compare", "never.yaml"], "compare"),
     ],
 )
 def test_missing_extras_are_named(run, monkeypatch, blocked, arguments, extra):
