@@ -196,7 +196,7 @@ def test_the_action_on_the_page(worsen, benchmark_of, run_compare, tmp_path):
     (inputs,) = (step["with"] for step in job["jobs"]["accuracy"]["steps"] if "with" in step)
     patterns = benchmark_of(SYSTEMS, n=60)  # elsewhere than those on the page
     inputs |= dict(zip(("format", "reference", "estimates"), patterns, strict=True))
-    (tmp_path / "saved.json").write_text(run_compare(*patterns, "--json")[1])
+    (tmp_path / "saved.csv").write_text(run_compare(*patterns, "--csv")[1])
     action = yaml.safe_load((root / "action.yml").read_text())
     _, step = action["runs"]["steps"]  # the first installs
     (tmp_path / "alignscores").mkdir()
