@@ -140,8 +140,8 @@ def _lacking(runs: pd.DataFrame, by: str) -> list[str]:
         common = common_sequences(runs)
         which = f"the {len(common)} sequences" if len(common) > 1 else "the only sequence"
         lines.append(
-            f"Means are over {which} that all systems have ({first_few(common)}), {by} (all) is over "
-            "all that a system has; --expect_all counts the missing ones as failed."
+            f"Means are over {which} that all systems have ({first_few(common)}), {by} (all) is "
+            "over all that a system has; --expect_all counts the missing ones as failed."
             if common
             else "No sequence has runs of all systems, so that their means cannot be compared; "
             "--expect_all counts the missing ones as failed."

@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats
-from ..distance import tas_distance, too_few
 from ..metrics import SCORES, metric
 from ..pose import PASResult, pas
 from ..registration import Registration
 from ..registration import pcr99 as pcr99_of_all
-from ..rotation import RASResult
 from ..similarity import Similarity, least_squares_rmse
 from ..texts import unique_names
+from ..thresholds import tas_distance, too_few
 from ..trajectories.conventions import find_convention, rotate_cameras
 from ..trajectories.files import FilePath, Trajectory
 from ..trajectories.lever import LeverArm, find_lever_arm, with_lever_arm
@@ -176,7 +175,14 @@ def _scores(matches: Matches, settings: Settings) -> tuple[PASResult, list[float
     result = pas(gt, est, rng=first, weight=weight, max_threshold_deg=degrees, **options)
     if not matches.has_rotations:
         errors = np.full_like(result.ras.errors, np.nan)
-        ras = RASResult(errors=errors, thresholds=result.ras.thresholds, alignment=None)
+        frequency = np.zeros_like(result.ras.cumulative_frequency)
+        ras = replace(
+            result.ras,
+            score=math.nan,
+            errors=errors,
+            cumulative_frequency=frequency,
+            alignment=None,
+        )
         result = replace(result, score=math.nan, ras=ras)
     more = [tas(gt[:, :3, 3], est[:, :3, 3], rng=seed, **options).score for seed in others]
     return result, [result.tas.score, *more]

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
-from ..distance import N_THRESHOLDS
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import collected_warnings
 from ..histogram import AlignmentScore
-from ..profile import ScoreProfile, tas_profile
 from ..texts import printable
+from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
 from ..trajectories.timeline import breaks
 from ..version import __version__
 from .charts import LEGEND, Axis, band, chart, curve, error_axis, flat, key, plot, upright

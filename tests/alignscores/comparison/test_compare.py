@@ -37,8 +37,7 @@ def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_pa
     pair = next(
         one
         for one in found["pairs"]
-        if {one["a"], one["b"]} == {"best", "sparse"}
-        and one["sequence"] is None
+        if {one["a"], one["b"]} == {"best", "sparse"} and one["sequence"] is None
     )
     assert pair["low"] < pair["difference"] < pair["high"]
     assert (pair["better"], pair["method"]) == ("best", "permutation within sequences")

@@ -21,9 +21,7 @@ def test_files_and_systems_are_compared_without_patterns(found, tmp_path):
     assert again.runs["PAS"].tolist()[:3] == scores[:3]
     files = compare(tmp_path / "car/gt.txt", [*runs["a_b"][:2], "car/none.txt"])
     assert set(files.runs["system"]) == {"0.txt", "1.txt", "none.txt"}
-    assert repr(files) == (
-        "Comparison(systems=3, sequences=1, runs=3, failed=1, by='PAS')"
-    )
+    assert repr(files) == ("Comparison(systems=3, sequences=1, runs=3, failed=1, by='PAS')")
 
 
 def test_it_shows_itself_in_a_notebook_and_saves_a_page(
