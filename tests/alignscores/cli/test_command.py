@@ -29,7 +29,7 @@ WRONG = [
     ([*COLMAP, "--save_aligned", "x.txt"], "--save_aligned cannot write colmap files"),
     (["compare"], "the following arguments are required: [FORMAT] REF EST; see alignscores comp"),
     (["compare", "sfm", "a", "b"], "give a format (tum, kitti, euroc, colmap, matrices, arrays, "),
-    ([*COMPARE, "--html", "page.txt"], "argument --html: page.txt does not end in .html"),
+    ([*COMPARE, "--html", "page.txt"], "argument --save_page/--html: page.txt does not end in .html"),
     ([*COMPARE, "--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),
     ([*COMPARE, "--by", "rpe@1m"], "argument --by: must be one of TAS, RAS, PAS, half_distance"),
 ]
