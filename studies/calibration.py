@@ -101,7 +101,7 @@ def of_many(means: Sequence[float], draws: int, sequences: int = 1) -> tuple[flo
 
 def failing_gates(
     baselines: int,
-    builds: int = 50,
+    builds: int = 2,
     shared: float = 0.0,
     design: Design = "independent",
     sequences: int = 2,
@@ -194,12 +194,12 @@ def main() -> None:
     best = found(Case(runs=(10, 5), kept=5), draws)
     print(f"\nKeeping the best 5 of 10 runs of one of two equal systems: ahead in {best:.1f} %")
     p = [
-        failing_gates(draws // 20),
-        failing_gates(draws // 20, shared=0.5, sequences=6),
-        failing_gates(draws // 20, shared=0.5, design="dependent", sequences=6),
+        failing_gates(draws),
+        failing_gates(draws, shared=0.5, sequences=6),
+        failing_gates(draws, shared=0.5, design="dependent", sequences=6),
     ]
     rows = {
-        f"worse:{level:g}": [float((own <= level).sum(axis=1).mean()) for own in p]
+        f"worse:{level:g}": [50 * float((own <= level).mean()) for own in p]
         for level in (0.05, GATE_LEVEL, 0.001)
     }
     names = ["2 sequences", "6 sequences, half shared", "the same, --runs dependent"]
