@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..extras import require
+from ..io import FAILURES
 from ..streams import discard_output
-from ..trajectories.extras import require
-from ..trajectories.files import FAILURES
 from . import score
 from .metrics import listing
 from .output import one_line, print_error

@@ -23,10 +23,10 @@ from ..comparison.plot import picture
 from ..comparison.runs import SCORES
 from ..comparison.summary import Design, measured
 from ..evaluation.settings import Settings
+from ..extras import require
+from ..io import FORMATS
 from ..metrics import metric
 from ..texts import printable
-from ..trajectories.extras import require
-from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .output import print_error, print_note, show_progress
 from .parser import Parser, output_file

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..io import FileError
 from ..texts import first_few, printable
-from ..trajectories.files import FileError
 from .comparison import Comparison, finite, read_runs
 from .statistics import holm
 from .summary import checked, compared, completed, records, values_of

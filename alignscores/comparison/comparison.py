@@ -16,11 +16,10 @@ import pandas as pd
 from ..evaluation.evaluation import finite_or_none
 from ..evaluation.notes import collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings, changed
+from ..io import FAILURES, FileError, read_stamps, recognise
+from ..io.files import read_text
 from ..metrics import metric
 from ..texts import alike, first_few, printable
-from ..trajectories.files import FAILURES, FileError, read_stamps
-from ..trajectories.files.text import read_text
-from ..trajectories.recognition import recognise
 from ..version import __version__
 from ..writing import write_whole
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..trajectories.extras import require
+from ..extras import require
 from .comparison import Comparison
 
 __all__ = ["figure_of", "picture"]

@@ -21,10 +21,11 @@ from ..evaluation.notes import collected_warnings, why
 from ..evaluation.reading import files_below, read_reference
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings, options
+from ..extras import require
+from ..io import FAILURES, FileError, Trajectory
+from ..io.files import open_file, read_bytes
 from ..metrics import metric
 from ..texts import printable
-from ..trajectories.extras import require
-from ..trajectories.files import FAILURES, FileError, Trajectory
 from ..version import __version__
 from ..writing import write_whole
 from .benchmark import Run
@@ -37,6 +38,7 @@ __all__ += ["score_run", "score_runs"]
 
 SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
 SEPARATOR = " | "  # between the notes of a run
+MAX_BYTES = 10**13  # of a bag
 FEW = 16  # runs that are scored before another process would have started
 # Settings that change no score, or that stand in columns of their own.
 NO_SCORE = {"format", "est_format", "frames", "metrics", "reference_sigma"}
@@ -125,6 +127,9 @@ def _results(tasks: Sequence[Task], jobs: int) -> Generator[tuple[int, Result], 
         raise ChildProcessError(
             "a process ended before its work was done, as when memory is short; set fewer jobs"
         ) from None
+    except BlockingIOError as error:
+        reason = f"no further process can be started ({error.strerror}); set --jobs 1"
+        raise ChildProcessError(reason) from None
 
 
 def _numbered(task: tuple[int, Task]) -> tuple[int, Result]:
@@ -197,7 +202,7 @@ def _row(evaluation: Evaluation) -> dict[str, Any]:
     if counted := [name for name in unvalued if not math.isnan(scores[name])]:
         notes.append(f"without a value, counted as failures: {', '.join(counted)}")
     valued = [
-        name for name in names if evaluation.has_rotations or not metric(name).family.rotations
+        name for name in names if evaluation.has_rotations or "rotations" not in metric(name).needs
     ]
     if few := [name for name in valued if math.isnan(scores[name])]:
         notes.append(f"too few cameras for {', '.join(few)}: left out of its means")
@@ -220,7 +225,7 @@ def _score(evaluation: Evaluation, name: str) -> float:
     if value is not None:
         return value
     entry = metric(name)
-    if entry.family.rotations and not evaluation.has_rotations:
+    if "rotations" in entry.needs and not evaluation.has_rotations:
         return math.nan
     return evaluation.half_distance if name == "half_distance" else entry.worst
 
@@ -262,9 +267,9 @@ def _content_hash(path: str) -> str:
         name = file.suffix if file == Path(path) else file.relative_to(path).as_posix()
         digest.update(f"{name}\0".encode())
         try:
-            with file.open("rb") as opened:
+            with open_file(file, MAX_BYTES) as opened:
                 digest.update(hashlib.file_digest(opened, "sha256").digest())
-        except OSError:  # whoever reads it says why
+        except (FileError, OSError):  # whoever reads it says why
             pass
     return digest.hexdigest()
 
@@ -272,7 +277,7 @@ def _content_hash(path: str) -> str:
 def _stored(file: Path) -> Result | None:
     """Return the result in a file of the cache, None where there is none."""
     try:
-        stored = json.loads(file.read_bytes())
+        stored = json.loads(read_bytes(file))
         row, errors = dict(stored["row"]), dict(stored["errors"])
         numbers = [row[name] for name in (*SCORES, "n", "lost", "d", "scale", "chance")]
         texts = [row[name] for name in ("status", "notes", "low_score")]

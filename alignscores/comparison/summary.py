@@ -110,9 +110,9 @@ def larger_is_better(name: str, better: Better | None = None) -> bool:
     if better not in (None, "larger", "smaller"):
         raise ValueError(f"better must be larger or smaller, not {brief(better)}")
     if _is_known(name):
-        if better and (better == "larger") != metric(name).family.larger_is_better:
+        if better and (better == "larger") != metric(name).larger_is_better:
             raise ValueError(f"better: {name} is not better where it is {better}")
-        return metric(name).family.larger_is_better
+        return metric(name).larger_is_better
     if better is None:
         raise ValueError(f"{name} is no known metric: better says whether larger or smaller is")
     return better == "larger"
@@ -133,7 +133,7 @@ def completed(runs: pd.DataFrame, by: str, better: Better | None = None) -> pd.D
         known, larger = _is_known(name), larger_is_better(name, better if name == by else None)
         has = scored & runs[name].notna()
         can = has.groupby(sequence).transform("any") | ~scored.groupby(sequence).transform("any")
-        if known and metric(name).family.rotations:
+        if known and "rotations" in metric(name).needs:
             can |= runs["reference_rotations"].astype(bool)
         lacks = (has.groupby(system).transform("any") | none_scored) & can & ~has
         runs.loc[lacks, name] = metric(name).worst if known else -math.inf if larger else math.inf

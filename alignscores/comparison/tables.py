@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 
 from ..evaluation.settings import Settings
+from ..extras import require
 from ..metrics import header
 from ..texts import text_table
-from ..trajectories.extras import require
 from .comparison import Comparison
 from .statistics import LEVEL
 from .summary import common_sequences, larger_is_better, measured, pairs_of, records

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 import numpy as np
 
 from ..arrays import Booleans, Floats
+from ..io import TrajectoryWarning
 from ..texts import printable
 from ..trajectories.conventions import describe_rotation, find_convention
-from ..trajectories.files import TrajectoryWarning
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .evaluation import Evaluation, Note

@@ -63,3 +63,13 @@ def test_a_folder_that_cannot_be_written_to_is_noted(files, run):
     code, out, err = run(*FILES, "--cache", "gt.ref")
     assert (code, err) == (0, "")
     assert out.count("is not stored in gt.ref: ") == 2  # one a system
+
+
+def test_a_number_that_is_none_is_computed_again(files, run):
+    expected = run(*FILES, "--json", "--cache", "cache")
+    for entry in ({"d": "abc"}, {"n": "abc"}, {"TAS": [1]}, {"lost": None}):
+        for path in (files / "cache").iterdir():
+            stored = json.loads(path.read_text())
+            stored["row"] |= entry
+            path.write_text(json.dumps(stored))
+        assert run(*FILES, "--json", "--cache", "cache") == expected
