@@ -46,7 +46,7 @@ RUNS = "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
         (["car/gt.txt", "a.txt"], {"format": "tum"}, "the pattern of the estimates needs {system}"),
         (["car/gt.txt", RUNS[1]], {"format": "tum"}, "both patterns need {sequence}, or none"),
         (RUNS, {"format": "tum", "frames": np.arange(3)}, "frames must be a file, or a pattern"),
-        (["none.yaml"], {}, "none.yaml: cannot be read: No such file or directory"),
+        (["none.yaml"], {}, "none.yaml: cannot be read (No such file or directory)"),
         (RUNS, {"format": "tum", "weight": 2}, "weight must be a finite number from"),
     ],
 )
