@@ -19,8 +19,8 @@ from scipy.spatial.transform import Rotation
 
 from .arrays import Floats
 from .evaluation.evaluation import PLOT_MODES, Evaluation
+from .evaluation.time import breaks
 from .texts import shortened
-from .trajectories.timeline import breaks
 from .validation import finite_rows
 
 __all__ = ["KINDS", "figure_of", "score_panel"]

@@ -21,10 +21,10 @@ from ..similarity import Similarity
 from ..texts import printable
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
-from ..trajectories.lever import LeverArm
 from ..validation import finite_rows
 from ..writing import write_whole
-from .matching import Matches
+from .lever import LeverArm
+from .match import Matches
 from .perfect import simulated_scores
 from .settings import Settings
 

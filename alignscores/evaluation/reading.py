@@ -1,5 +1,6 @@
 """Reference and estimate on their way in: from files and from memory, each checked once."""
 
+import itertools
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Booleans, Indices
+from ..arrays import Booleans, Floats, Indices
 from ..trajectories.files import (
     FilePath,
     Trajectory,
@@ -21,20 +22,23 @@ from ..trajectories.files import (
 from ..trajectories.files.colmap import is_model
 from ..trajectories.files.stamps import in_seconds
 from ..trajectories.recognition import recognise
-from ..trajectories.timeline import reference_gap
 from ..validation import finite_rows, real_array
 from .settings import Settings
+from .time import reference_gap
 
 __all__ = [
     "KEY_KINDS",
+    "check_duplicates",
     "files_below",
     "first_rows",
     "format_of",
+    "has_constant_rotations",
     "in_memory",
     "read_estimate",
     "read_reference",
     "warn",
     "with_formats",
+    "without_rotations",
 ]
 
 KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
@@ -84,22 +88,29 @@ def format_of(trajectory: Any, columns: str | None) -> str:
 
 
 def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
-    """Return the reference, each key once; with time stamps finite poses alone, in their order.
+    """Return the reference, each key once; with time stamps only finite poses, in their order.
 
-    Warn where it has no pose for more than one percent, since nothing is expected there.
+    Rotations that are the same throughout a file count as none. Warn where the reference has no
+    pose for more than one percent, since nothing is expected there.
     """
     if not isinstance(reference, Trajectory):
         columns = settings.ref_columns or settings.columns
         options = settings.form.options(settings.ref_topic, columns)
         reference = _checked(settings.form.read(reference, **options), "reference")
+        if has_constant_rotations(reference):
+            warn("all rotations of the reference are the same, which count as none")
+            reference = reference._replace(poses=without_rotations(reference.poses))
+    if settings.ref_invert:
+        if not reference.has_rotations:
+            raise ValueError("--ref_invert needs rotations, which the reference lacks")
+        reference = reference._replace(poses=inverse_poses(reference.poses))
     finite = finite_rows(reference.with_rotations().poses)
     if not finite.any():
         raise ValueError("the reference has no pose that is finite")
     timed = reference.keys.dtype.kind == "f"
     present = finite if timed else np.ones_like(finite)  # rows and names keep their number
     rows = first_rows(reference.keys, present, "reference")
-    if duplicate := int(present.sum()) - len(rows):
-        warn(f"duplicate stamps or names in the reference, left out: {duplicate}")
+    check_duplicates(int(present.sum()), len(rows), reference.keys, "reference")
     if not reference.has_rotations:
         warn("the reference has no rotations: RAS and PAS have no value")
     truth = Trajectory(reference.keys[rows], reference.poses[rows])
@@ -131,12 +142,57 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
     return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
 
 
+def has_constant_rotations(trajectory: Trajectory) -> bool:
+    """Return whether all finite rotations are the same, of two poses or more."""
+    rotations = trajectory.poses[:, :3, :3]
+    rotations = rotations[finite_rows(rotations)]
+    return len(rotations) > 1 and bool((rotations == rotations[0]).all())
+
+
+def without_rotations(poses: Floats) -> Floats:
+    """Return poses whose rotations are NaN."""
+    positions = poses.copy()
+    positions[:, :3, :3] = np.nan
+    return positions
+
+
+def check_duplicates(n: int, n_different: int, keys: NDArray[Any], whose: str) -> None:
+    """Warn of poses whose key another one has; raise a ValueError from a tenth of them on."""
+    duplicate = n - n_different
+    if duplicate >= n / 10:
+        what = "time stamp" if keys.dtype.kind == "f" else "name"
+        raise ValueError(
+            f"{duplicate} of {n} poses of the {whose} have the {what} of another one; write stamps "
+            "with all their digits, and each pose once"
+        )
+    if duplicate and whose == "reference":
+        warn(f"duplicate stamps or names in the reference, left out: {duplicate}")
+
+
+def _check_one_run(keys: Floats, whose: str) -> None:
+    """Raise a ValueError where stamps in the order of the file are those of several runs."""
+    ends = np.append(np.flatnonzero(np.diff(keys) < 0), len(keys) - 1)
+    starts = np.append(0, ends[:-1] + 1)
+    long = np.flatnonzero(ends - starts + 1 >= max(4, len(keys) / 10))
+    for first, second in itertools.combinations(long, 2):
+        low = max(keys[starts[first]], keys[starts[second]])
+        high = min(keys[ends[first]], keys[ends[second]])
+        lengths = keys[ends[[first, second]]] - keys[starts[[first, second]]]
+        if high - low > lengths.min() / 2:
+            raise ValueError(
+                f"the {whose} seems to hold several runs: its time stamps go back from "
+                f"{keys[ends[first]]:.6f} to {keys[starts[second]]:.6f} s at pose "
+                f"{starts[second] + 1}; write each run into a file of its own"
+            )
+
+
 def first_rows(keys: NDArray[Any], present: Booleans, whose: str) -> Indices:
     """Return the first row of each key whose pose is present; of time stamps, in their order."""
     rows = np.arange(len(keys))
     if keys.dtype.kind == "f":
         backwards = np.diff(keys) < 0
         if backwards.any():
+            _check_one_run(keys, whose)
             row = int(np.argmax(backwards)) + 1
             warn(
                 f"the time stamps of the {whose} are not in order (first at pose {row + 1}, "

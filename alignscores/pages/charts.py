@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Floats
-from ..trajectories.timeline import breaks
+from ..evaluation.time import breaks
 from .document import data_element
 
 __all__ = ["LEGEND", "Axis", "band", "chart", "colour", "curve", "drawing", "error_axis"]

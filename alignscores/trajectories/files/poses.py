@@ -95,8 +95,7 @@ def poses_from_positions(positions: Floats) -> Floats:
 def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Source) -> Floats:
     """Return poses (n, 4, 4); quaternions are x, y, z, w.
 
-    Quaternions of zeros, or the same throughout, are no rotations. A pose was not estimated where
-    its own is zero.
+    Quaternions of zeros throughout are no rotations; otherwise a pose with one was not estimated.
     """
     poses = poses_from_positions(positions)
     with np.errstate(over="ignore"):
@@ -112,9 +111,6 @@ def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Sourc
         poses[zero, :3, 3] = np.nan
         poses_have = "pose has" if zero.sum() == 1 else "poses have"
         warn(source.path, f"{zero.sum()} {poses_have} a quaternion of zeros: not estimated")
-    elif len(unit) > 1 and (unit == unit[0]).all():
-        poses[:, :3, :3] = np.nan
-        warn(source.path, "all rotations are the same, which count as none")
     return poses
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from ..arrays import Floats
 from ..averaging import rotation_from_vector
 from ..similarity import Similarity
+from ..trajectories.files import Trajectory
 from ..translation import tas
 from ..validation import finite_rows
-from .files import Trajectory
 
 __all__ = ["LeverArm", "find_lever_arm", "with_lever_arm"]
 
