@@ -28,7 +28,7 @@ TINY = 0.005  # seconds; a smaller offset is none
 OUTLIER = 3.0  # median disagreements
 MIN_GAIN = 1.5  # D0 / D of an offset that is certain
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
-MAX_ERROR = 0.02  # seconds, of an offset that is certain
+MAX_ERROR = 0.05  # seconds, of an offset that is certain
 NEAR = 0.5  # share of the strength down to which neighbouring offsets belong to the best one
 
 
@@ -168,7 +168,7 @@ def _strengths(
     ref: _Path, starts: Floats, ends: Floats, motions: Floats, step: float
 ) -> tuple[Floats, Floats, float]:
     """Return evenly spaced offsets, the strength of each, and D0: the median of all D."""
-    grid = step * np.arange(int(ref.stamps[-1] / step) + 1)
+    grid = np.asarray(step * np.arange(int(ref.stamps[-1] / step) + 1), np.float64)
     points, known = ref.at(grid)
     first = np.round(starts / step).astype(int)
     spans = np.maximum(np.round((ends - starts) / step).astype(int), 1)

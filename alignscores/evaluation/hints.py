@@ -20,6 +20,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -67,6 +68,7 @@ CLEAR_CLOCK = 0.02  # likewise; of an offset that motions show on their own
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
+MIRRORED = 0.7  # misfit of mirrored positions, relative to the present one, that is worth a trial
 MIRRORS = [np.diag(axes) for axes in ((1.0, 1.0, -1.0), (1.0, -1.0, 1.0), (-1.0, 1.0, 1.0))]
 
 
@@ -80,7 +82,7 @@ class Convention:
     kind: str = ""  # inverted, inverted rotations, or the true order of quaternions
     side: str = ""  # the file that has it: REF, EST, BOTH
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
-    is_ambiguous: bool = False  # whether the other file may have it just as well
+    is_ambiguous: bool = False  # whether the other file may as well be the one
 
 
 def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
@@ -111,8 +113,9 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     good = [fit for fit in good if fit[1]] or good
     _, _, kind, side, body = good[0]
     is_none = rotation_angles(body[None])[0] <= NEAR_DEG
+    others = {EST: REF, REF: EST}
     rivals = [
-        fit for fit in good if fit[2] == kind and fit[3] != side and np.allclose(fit[4], body)
+        fit for fit in good if fit[3] == others.get(side) and np.allclose(fit[4], body, atol=1e-6)
     ]
     return Convention(kind, side, None if is_none else body, bool(kind and rivals))
 
@@ -132,12 +135,8 @@ def _candidates(
             inverted.append(("inverted", side, true, poses, aligned))
     swapped = [
         (kind, side, true, poses, rotation)
-        for kind, change in (
-            ("inverted rotations", _transposed),
-            (W_FIRST, lambda poses: _reordered(poses, -1)),
-            (W_LAST, lambda poses: _reordered(poses, 1)),
-        )
-        for side, true, poses in _of_sides(gt, est, change)
+        for kind in ("inverted rotations", W_FIRST, W_LAST)
+        for side, true, poses in _of_sides(gt, est, CHANGES[kind])
     ]
     common = list(COMMON.values())
     one = inverted or [("", "", gt, est, rotation)]
@@ -169,6 +168,14 @@ def _reordered(poses: Floats, shift: int) -> Floats:
     changed = poses.copy()
     changed[:, :3, :3] = rotations_from_quaternions(np.roll(quaternions, shift, axis=1))
     return changed
+
+
+CHANGES: dict[str, Callable[[Floats], Floats]] = {  # what corrects a kind of mistake
+    "inverted": inverse_poses,
+    "inverted rotations": _transposed,
+    W_FIRST: partial(_reordered, shift=-1),
+    W_LAST: partial(_reordered, shift=1),
+}
 
 
 def rotate_cameras(est_poses: Floats, body_rotation: Floats | None) -> Floats:
@@ -395,17 +402,17 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
             for side, factor in ((REF, of_ref), (EST, of_est))
             if factor != 1
         }
-        said = " and ".join(f"{files.name(side)} in {unit}" for side, unit in units.items())
-        option = _columns(
-            state, files, {REF: ref, EST: est}, {s: f"t_{u}" for s, u in units.items()}
+        said = " and ".join(
+            f"those of {files.name(side)} in {unit}" for side, unit in units.items()
         )
-        seconds = ", ".join(dict.fromkeys(f"{unit}" for unit in units.values()))
+        columns = {side: f"t_{unit}" for side, unit in units.items()}
+        option = _columns(state, files, {REF: ref, EST: est}, columns)
+        steps = [np.median(np.diff(np.sort(one.keys))) for one in (reference, estimate)]
         yield _Remedy(
             "units",
-            f"time stamps of {said}: as seconds, the steps are {np.median(np.diff(reference.keys)):.3g}"
-            f" s in {files.reference} and {np.median(np.diff(np.sort(estimate.keys))):.3g} s in "
-            f"{files.estimate}",
-            option or f"write seconds instead of {seconds}",
+            f"time stamps {said} were read as seconds, with steps of {steps[0]:.3g} s in "
+            f"{files.reference} and {steps[1]:.3g} s in {files.estimate}",
+            f"{option} names the unit" if option else "write seconds",
             ref,
             est,
         )
@@ -516,12 +523,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         option = "--body_rotation auto removes it"
         yield _Remedy("frame", frame, option, reference, estimate, changes)
         return
-    change = {
-        "inverted": inverse_poses,
-        "inverted rotations": _transposed,
-        W_FIRST: lambda poses: _reordered(poses, -1),
-        W_LAST: lambda poses: _reordered(poses, 1),
-    }[found.kind]
+    change = CHANGES[found.kind]
     sides = {EST: [EST], REF: [REF], BOTH: [REF, EST]}[found.side]
     ref = reference._replace(poses=change(reference.poses)) if REF in sides else reference
     est = estimate._replace(poses=change(estimate.poses)) if EST in sides else estimate
@@ -536,14 +538,15 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         kinds = [REF, EST] if found.is_ambiguous else sides
         options = [f"{'leave out ' * given[side]}--{side[:3]}_invert" for side in kinds]
         option = (" or " if found.is_ambiguous else " ").join(options)
-        option += " --body_rotation auto" if frame else ""
+        option = f"{option}{' --body_rotation auto' if frame else ''}"
+        option += "" if given[sides[0]] else " corrects it"
     elif found.kind == "inverted rotations":
         text = f"the rotations of {names} seem to be world-to-camera, its positions not"
         option = "transpose them in the file"
     else:
         text = f"the quaternions of {names} seem to have w at the wrong end"
         option = _columns(state, files, {REF: ref, EST: est}, dict.fromkeys(sides, found.kind))
-        option = option or "reorder them"
+        option = f"name their order with {option}" if option else "reorder them"
     kind = "quaternions" if found.kind in (W_FIRST, W_LAST) else found.kind
     yield _Remedy(kind, text + also, option, ref, est, changes)
 
@@ -560,7 +563,7 @@ def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
     flip = np.eye(4)
     flip[2, 2] = -1
     none = state.settings.alignment in ("yaw", "none")
-    if not none and not _fits_better(gt, flip @ est, gt, est):
+    if not none and _position_fit(gt, flip @ est)[0] > MIRRORED * _position_fit(gt, est)[0]:
         return
     reference, estimate = state.reference, state.estimate
     has_rotations = state.has_rotations
@@ -589,7 +592,7 @@ def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
         both = {REF: reference, EST: estimate, side: trajectory._replace(poses=poses)}
         option = _columns(state, files, both, {side: "y x"})
         if option:
-            yield _Remedy("mirrored", text, option, both[REF], both[EST])
+            yield _Remedy("mirrored", text, f"{option} swaps two axes", both[REF], both[EST])
 
 
 def _has_constant(trajectory: Trajectory) -> bool:
@@ -601,32 +604,29 @@ def _has_constant(trajectory: Trajectory) -> bool:
 
 def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield rows that are motions from frame to frame, multiplied to poses."""
-    if not state.settings.form.ordered or state.score > 0.6:
-        return
     reference, estimate = state.reference, state.estimate
-    if not all(finite_rows(one.poses).all() for one in (reference, estimate)):
+    if not state.settings.form.ordered or not state.has_rotations or state.score > 0.6:
         return
-    if not state.has_rotations:
+    if not (finite_rows(reference.poses).all() and finite_rows(estimate.poses).all()):
         return
-    n_ref, n_est = len(reference.keys), len(estimate.keys)
+    n = len(estimate.keys)
     rows = reference.keys.dtype.kind == "i"
+    if not state.scored and not (rows and n == len(reference.keys) - 1):
+        return
+    some = np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)
+    now = np.inf
+    if n == len(reference.keys):
+        now = _position_fit(reference.poses[some], estimate.poses[some])[0]
     for side, inverse in product((EST, REF, BOTH), (False, True)):
-        ref, est = reference, estimate
-        if side in (REF, BOTH):
-            ref = ref._replace(poses=_product(ref.poses, inverse))
-        if side in (EST, BOTH):
-            est = est._replace(poses=_product(est.poses, inverse))
-        if rows and abs(n_ref - n_est) == 1 and side != BOTH:  # the first pose is the identity
-            if side == EST and n_est < n_ref:
-                est = Trajectory(reference.keys, np.concatenate([np.eye(4)[None], est.poses]))
-            elif side == REF and n_ref < n_est:
-                ref = Trajectory(estimate.keys, np.concatenate([np.eye(4)[None], ref.poses]))
-        if len(ref.keys) == len(est.keys) and state.scored and n_ref == n_est:
-            some = np.linspace(0, n_ref - 1, min(SAMPLE, n_ref)).astype(int)
-            before = reference.poses[some], estimate.poses[some]
-            if side != BOTH and not _fits_better(ref.poses[some], est.poses[some], *before):
-                continue
-            if side == BOTH and _position_fit(ref.poses[some], est.poses[some])[0] > 0.15:
+        ref, est = (
+            one._replace(poses=_product(one.poses, inverse)) if side in (changed, BOTH) else one
+            for changed, one in ((REF, reference), (EST, estimate))
+        )
+        if n < len(ref.keys) and rows and side == EST:  # the first pose is the identity
+            est = Trajectory(ref.keys, np.concatenate([np.eye(4)[None], est.poses]))
+        if len(ref.keys) == len(est.keys):
+            fit = _position_fit(ref.poses[some], est.poses[some])[0]
+            if fit > (0.15 if side == BOTH else min(0.15, now / 3)):
                 continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
         yield _Remedy("increments", text, "write their product, pose by pose", ref, est)
@@ -665,8 +665,3 @@ def _units_of_length(state: _State, files: Files) -> Iterator[_Remedy]:
                         state.reference,
                         state.estimate._replace(poses=poses),
                     )
-
-
-def _fits_better(gt: Floats, est: Floats, gt_now: Floats, est_now: Floats) -> bool:
-    """Return whether positions fit, and three times as well as they do now."""
-    return _position_fit(gt, est)[0] < min(0.15, _position_fit(gt_now, est_now)[0] / 3)
