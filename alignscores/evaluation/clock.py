@@ -207,7 +207,8 @@ def _strengths(
     strength = np.where(
         enough, n * np.log((usual + floor) / (np.where(enough, left, 1) + floor)), 0
     )
-    return step * (np.arange(len(n)) - n_before), strength, usual
+    offsets = step * np.arange(-n_before, len(grid), dtype=np.float64)
+    return offsets, np.asarray(strength, np.float64), usual
 
 
 def _refined(

@@ -64,7 +64,7 @@ W_FIRST, W_LAST = "qw qx qy qz", "qx qy qz qw"
 REF, EST, BOTH = "reference", "estimate", "both"
 
 CLEAR = 0.1  # by which a remedy must raise the score
-CLEAR_CLOCK = 0.02  # likewise; of an offset that motions show on their own
+CLEAR_CLOCK = 0.01  # likewise; of an offset that motions show on their own
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
@@ -410,7 +410,7 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
         steps = [np.median(np.diff(np.sort(one.keys))) for one in (reference, estimate)]
         yield _Remedy(
             "units",
-            f"time stamps {said} were read as seconds, with steps of {steps[0]:.3g} s in "
+            f"time stamps seem to be {said}: as seconds their steps are {steps[0]:.3g} s in "
             f"{files.reference} and {steps[1]:.3g} s in {files.estimate}",
             f"{option} names the unit" if option else "write seconds",
             ref,

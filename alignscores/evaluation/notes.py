@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from ..arrays import Booleans, Floats
+from ..averaging import rotation_angles
 from ..texts import printable
 from ..trajectories.files import TrajectoryWarning
 from ..validation import AlignmentWarning
@@ -26,6 +27,7 @@ __all__ = [
 
 OWN = AlignmentWarning, TrajectoryWarning
 SOME = 0.1  # share of the frames that is worth a word
+APART_DEG = 30.0  # between the alignments of positions and rotations that is worth a word
 MIN_POSES = 20  # fewer can fit by chance
 
 
@@ -60,7 +62,7 @@ def explain(
     kinds = [unmatched]
     if evaluation.matches.timed:
         kinds += [left_out_frames, duplicates, few_poses, ignored_time, chance]
-    kinds += [lever_arm, indistinguishable, body_rotation]
+    kinds += [lever_arm, indistinguishable, body_rotation, alignments]
     notes = [note for kind in kinds if (note := kind(evaluation))] + list(hints)
     if check and evaluation.has_rotations and (low := low_score(evaluation)):
         notes.append(low)
@@ -151,6 +153,31 @@ def indistinguishable(evaluation: Evaluation) -> Note | None:
         f"{sigma:g} {settings.form.unit} and {sigma_deg:g} deg in the reference, that would have "
         f"{', '.join(f'{mean:.3f}' for mean in means.values())}",
     )
+
+
+def alignments(evaluation: Evaluation) -> Note | None:
+    """Note positions and rotations that fit well, but under alignments that differ.
+
+    Where the positions are almost on a line, the spin about it is free.
+    """
+    tas, ras = evaluation.result.tas, evaluation.result.ras
+    if tas.alignment is None or ras.alignment is None or evaluation.settings.alignment == "none":
+        return None
+    if not (evaluation.has_rotations and min(tas.score, ras.score) > 0.5):
+        return None
+    positions = evaluation.matches.gt_poses[:, :3, 3]
+    _, widths, axes = np.linalg.svd(positions - positions.mean(axis=0), full_matrices=False)
+    between = tas.alignment.rotation.T @ ras.alignment
+    angle = float(rotation_angles(between[None])[0])
+    if widths[1] < 0.1 * widths[0]:
+        angle = math.degrees(math.acos(np.clip(axes[0] @ between @ axes[0], -1, 1)))
+    if angle < APART_DEG:
+        return None
+    text = (
+        f"positions and rotations fit under alignments {angle:.0f} deg apart, which TAS and RAS do "
+        "not count: their frames or camera axes differ"
+    )
+    return Note("apart", text)
 
 
 def low_score(evaluation: Evaluation) -> Note | None:

@@ -38,7 +38,8 @@ from .settings import Settings, changed
 
 __all__ = ["evaluate", "score"]
 
-CLEAR_OFFSET = 0.005  # by which an offset of the clocks must raise the score to be added
+SMALL_OFFSET = 0.02  # seconds, below which an offset of the clocks must raise the score
+CLEAR_OFFSET = 0.005  # by which it must; a larger one must not lower the score by as much
 
 
 def evaluate(
@@ -128,7 +129,10 @@ def score(
     reference, poses = reference.with_rotations(), poses.with_rotations()
     file = "" if isinstance(estimate, Trajectory) else str(estimate)
     files = Files(
-        printable(Path(ref_file).name) or "the reference", name or "the estimate", ref_file, file
+        printable(Path(ref_file).name) or "the reference",
+        (file and name) or "the estimate",
+        ref_file,
+        file,
     )
     main = "PAS" if has_rotations else "TAS"
 
@@ -245,7 +249,7 @@ def _offset(
     clock: Clock | None,
     has_rotations: bool,
 ) -> float:
-    """Return the offset of the clocks if it is certain and raises the score, otherwise 0.
+    """Return the offset of the clocks if it is certain and does not cost score, otherwise 0.
 
     Raise a ValueError where it is not certain, and the stamps as they are have no time in common.
     """
@@ -268,7 +272,8 @@ def _offset(
             scores.append(result.score if has_rotations else result.tas.score)
         except ValueError:
             scores.append(-math.inf)
-    return clock.seconds if scores[1] > scores[0] + CLEAR_OFFSET else 0.0
+    least = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
+    return clock.seconds if scores[1] > scores[0] + least else 0.0
 
 
 def _rival(clock: Clock | None) -> str:

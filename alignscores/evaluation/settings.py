@@ -191,7 +191,7 @@ class Settings:
     t_offset: float | str = _seconds(
         0.0,
         "added to the estimate's time stamps, in s; auto: found from the rotation rates, or "
-        "without rotations from the speeds; 0 if it is not certain or does not raise the score",
+        "without rotations from the speeds; 0 if it is not certain or costs score",
         words=("auto",),
     )
     frames: FilePath | Floats | tuple[float, ...] | None = _matching(  # noqa: RUF009

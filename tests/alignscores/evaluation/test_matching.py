@@ -8,7 +8,7 @@ import pytest
 from evo.core.sync import matching_time_indices
 
 from alignscores import Settings
-from alignscores.evaluation.matching import match as match_poses
+from alignscores.evaluation.match import match as match_poses
 from alignscores.evaluation.reading import read_reference
 from alignscores.trajectories.files import Trajectory, TrajectoryWarning
 
