@@ -15,16 +15,14 @@ from .version import __version__ as __version__
 TYPE_CHECKING = False  # for type checkers it is true; to import `typing` takes longer than the rest
 if TYPE_CHECKING:
     from .averaging import nearest_rotations
-    from .batch import PASBatch, RASBatch, TASBatch, pas_batch, ras_batch, tas_batch
     from .comparison import Comparison, compare
-    from .distance import ras_angle, tas_distance
     from .evaluation import Evaluation, Settings, evaluate
     from .histogram import AlignmentScore
     from .pose import PASResult, pas
-    from .profile import ScoreProfile, ras_profile, tas_profile
     from .registration import Registration
     from .rotation import RASResult, ras
     from .similarity import Similarity
+    from .thresholds import ScoreProfile, ras_angle, ras_profile, tas_distance, tas_profile
     from .trajectories.files import Trajectory
     from .translation import TASResult, closest_pair_quartile, tas
     from .validation import AlignmentWarning
@@ -34,15 +32,12 @@ __all__ = [
     "AlignmentWarning",
     "Comparison",
     "Evaluation",
-    "PASBatch",
     "PASResult",
-    "RASBatch",
     "RASResult",
     "Registration",
     "ScoreProfile",
     "Settings",
     "Similarity",
-    "TASBatch",
     "TASResult",
     "Trajectory",
     "closest_pair_quartile",
@@ -50,13 +45,10 @@ __all__ = [
     "evaluate",
     "nearest_rotations",
     "pas",
-    "pas_batch",
     "ras",
     "ras_angle",
-    "ras_batch",
     "ras_profile",
     "tas",
-    "tas_batch",
     "tas_distance",
     "tas_profile",
 ]
@@ -64,16 +56,14 @@ __all__ = [
 # Imported when they are asked for, so that the command starts, and ends, at once.
 MODULES = {
     "averaging": "nearest_rotations",
-    "batch": "PASBatch RASBatch TASBatch pas_batch ras_batch tas_batch",
     "comparison": "Comparison compare",
-    "distance": "ras_angle tas_distance",
     "evaluation": "Evaluation Settings evaluate",
     "histogram": "AlignmentScore",
     "pose": "PASResult pas",
-    "profile": "ScoreProfile ras_profile tas_profile",
     "registration": "Registration",
     "rotation": "RASResult ras",
     "similarity": "Similarity",
+    "thresholds": "ScoreProfile ras_angle ras_profile tas_distance tas_profile",
     "trajectories.files": "Trajectory",
     "translation": "TASResult closest_pair_quartile tas",
     "validation": "AlignmentWarning",

@@ -5,8 +5,8 @@ from math import sin, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Floats, of_equal_size
-from .medoid import TLUD_THRESHOLD, medoids
+from .arrays import Floats
+from .medoid import TLUD_THRESHOLD, medoid
 from .similarity import best_yaw
 from .validation import finite_rows
 
@@ -20,7 +20,6 @@ __all__ = [
     "rotation_from_vector",
     "rotations_from_quaternions",
     "tlud_mean",
-    "tlud_means",
     "yaw_mean",
 ]
 
@@ -135,21 +134,12 @@ def tlud_mean(rotations: Floats) -> Floats:
 
     Lee and Civera, "Robust Single Rotation Averaging Revisited", arXiv 2309.05388.
     """
-    return np.asarray(tlud_means(rotations[None])[0])
-
-
-def tlud_means(rotations: Floats) -> Floats:
-    """Return `tlud_mean` of stacks of rotations (G, n, 3, 3)."""
-    points = rotations.reshape(*rotations.shape[:2], 9)
-    centres = points[np.arange(len(points)), medoids(rotations)]
-    inlier = np.linalg.norm(points - centres[:, None], axis=2) < TLUD_THRESHOLD
-    inliers = rotations[inlier]
-    means = np.empty((len(rotations), 3, 3))
-    for stacks, rows in of_equal_size(np.append(0, np.cumsum(np.count_nonzero(inlier, axis=1)))):
-        alike = inliers[rows]
-        chordal = project_to_rotation(alike.sum(axis=1))
-        means[stacks] = geodesic_l1_means(alike, chordal, tolerance=TLUD_TOLERANCE)
-    return means
+    points = rotations.reshape(-1, 9)
+    centre = points[medoid(rotations)]
+    inliers = rotations[np.linalg.norm(points - centre, axis=1) < TLUD_THRESHOLD]
+    chordal = project_to_rotation(inliers.sum(axis=0))
+    means = geodesic_l1_means(inliers[None], chordal[None], tolerance=TLUD_TOLERANCE)
+    return np.asarray(means[0])
 
 
 def yaw_mean(rotations: Floats, up: str) -> Floats:

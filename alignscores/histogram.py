@@ -1,7 +1,6 @@
 """Cumulative frequency histogram of alignment errors and the score that is its area (eq. 3, 4)."""
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,49 +8,41 @@ from numpy.typing import NDArray
 from .arrays import Floats
 from .validation import check_positive
 
-__all__ = ["AlignmentScore", "cumulative_frequency", "equal_steps"]
+__all__ = ["AlignmentScore", "area", "cumulative_frequency", "equal_steps", "score_of"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class AlignmentScore:
     """What every alignment score has in common; ``float(result)`` is the score.
 
     Parameters
     ----------
+    score : float
+        From 0 to 1; also ``float(result)``.
     errors : (n,) ndarray
         Error of each camera after the alignment; infinite where the camera was not estimated or
         nothing could be aligned.
     thresholds : (K,) ndarray
         Error thresholds in ascending order, in the unit of the errors.
-
-    Attributes
-    ----------
-    score : float
-        From 0 to 1; also ``float(result)``.
     cumulative_frequency : (K,) ndarray of int
         Number of errors below (not at) each threshold, ``f_k`` in the paper.
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from alignscores import AlignmentScore
-    >>> result = AlignmentScore(np.array([0.1, 0.3, np.inf]), np.array([0.2, 0.4]))
+    >>> from alignscores import ras
+    >>> from scipy.spatial.transform import Rotation
+    >>> gt = Rotation.identity(4)
+    >>> result = ras(
+    ...     gt, Rotation.from_euler("x", [[0], [0], [0], [3]], degrees=True), n_thresholds=2
+    ... )
     >>> result.score, result.cumulative_frequency
-    (0.5, array([1, 2]))
+    (1.0, array([4, 4]))
     """
 
-    score: float = field(init=False)
+    score: float
     errors: Floats
     thresholds: Floats
-    cumulative_frequency: NDArray[np.int64] = field(init=False)
-
-    def __post_init__(self) -> None:
-        frequency = cumulative_frequency(self.errors, self.thresholds)
-        # Whole numbers until the one division: a perfect estimate scores exactly 1.
-        score = int(frequency.sum()) / (len(self.thresholds) * len(self.errors))
-        score = math.nan if np.isnan(self.errors).all() else score
-        object.__setattr__(self, "cumulative_frequency", frequency)
-        object.__setattr__(self, "score", score)
+    cumulative_frequency: NDArray[np.int64]
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.score:.4f}, n={len(self.errors)})"
@@ -63,6 +54,16 @@ class AlignmentScore:
 def cumulative_frequency(errors: Floats, thresholds: Floats) -> NDArray[np.int64]:
     """Return the number of errors strictly below each threshold: ``f_k`` of figure 1."""
     return np.searchsorted(np.sort(errors), thresholds, side="left").astype(np.int64, copy=False)
+
+
+def area(frequency: NDArray[np.int64], n: int) -> float:
+    """Return the score: the normalised sum of the cumulative frequencies of n errors (eq. 3, 4)."""
+    return int(frequency.sum()) / (len(frequency) * n)  # one division: perfect is exactly 1
+
+
+def score_of(errors: Floats, thresholds: Floats) -> float:
+    """Return the score of errors."""
+    return area(cumulative_frequency(errors, thresholds), len(errors))
 
 
 def equal_steps(largest: float, count: int, name: str) -> Floats:

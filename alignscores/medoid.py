@@ -1,63 +1,46 @@
 """The medoid of rotations: the one with the smallest sum of truncated distances to all others."""
 
-from math import ceil, sqrt
-
 import numpy as np
-import scipy
 
 from .arrays import Floats, Indices
+from .registration import kernel
 
-__all__ = ["TLUD_THRESHOLD", "medoids"]
+__all__ = ["TLUD_THRESHOLD", "medoid"]
 
 TLUD_THRESHOLD = 0.5  # chordal distance at which a deviation is truncated, about 20 degrees
-FEW = 600  # rotations up to which all distances are computed; bounds are faster beyond
+N_ALL_PAIRS = 5000  # rotations up to which all pairs are compared; bounds are faster beyond
 AT_ONCE = 1 << 17  # distances, 1 MiB, which fits in the cache
 BATCH = 8  # smallest number of rotations that are compared with all others at once
 NEGLIGIBLE = 1e-12  # of a mean distance; rotations whose means differ by less are equally good
 N_PLANES = 4  # in each batch, that bound the sums of the rotations left
 FLAT = 1e-4  # of a mean distance; nearer rotations have no direction
 N_KNOTS = 64  # of the curve by how much truncation lowers a plane
-SAMPLE = 256  # rotations that give the first guess and estimate the share of near pairs
-SPARSE = 1 / 128  # share of near pairs, and of equals, below which a tree finds them
-NEAR_PAIRS_AT_ONCE = 1 << 20  # 24 MiB
+SAMPLE = 256  # rotations that give the first guess
 
 
-def medoids(rotations: Floats) -> Indices:
-    """Return the index (G,) of the medoid of each stack of rotations (G, n, 3, 3).
+def medoid(rotations: Floats) -> int:
+    """Return the index of the medoid of rotations (n, 3, 3).
 
-    O(n) memory beyond a constant.
+    All pairs are compared up to some thousands of rotations. Beyond, the sums of few bound those of
+    the others. O(n) memory.
     """
-    points = rotations.reshape(*rotations.shape[:2], 9)
-    n = points.shape[1]
-    if n > FEW:
-        return np.array([_medoid_of_many(stack) for stack in points])
-    # Relative to the median, so that squared distances are differences of small numbers.
-    points = points - np.partition(points, n // 2, axis=1)[:, n // 2, None]
-    size = max(1, AT_ONCE // n**2)
-    parts = [
-        _distances(some, some)[0].sum(axis=2).argmin(axis=1)
-        for some in (points[i : i + size] for i in range(0, len(points), size))
-    ]
-    return np.concatenate(parts)
+    n = len(rotations)
+    if n <= N_ALL_PAIRS:
+        return kernel.medoid(np.ascontiguousarray(rotations), TLUD_THRESHOLD)
+    points = rotations.reshape(n, 9)
+    order = np.random.default_rng(0).permutation(n)  # failures may be periodic
+    sample = points[order[:SAMPLE]]
+    distances, _ = _distances(sample, sample)
+    return _medoid_by_bounds(points, int(order[distances.sum(axis=1).argmin()]))
 
 
 def _distances(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Return truncated and squared distances between stacks of points (..., m, 9), (..., n, 9)."""
-    squared = -2 * a @ b.swapaxes(-1, -2)
-    squared += np.einsum("...i,...i", b, b)[..., None, :]
-    squared += np.einsum("...i,...i", a, a)[..., None]
+    """Return truncated and squared distances between points (m, 9) and (n, 9)."""
+    squared = -2 * a @ b.T
+    squared += np.einsum("ni,ni->n", b, b)
+    squared += np.einsum("mi,mi->m", a, a)[:, None]
     distances = np.clip(squared, 0, TLUD_THRESHOLD**2)
     return np.sqrt(distances, out=distances), squared
-
-
-def _medoid_of_many(points: Floats) -> int:
-    """Find the medoid by bounds, or in a tree where hardly any two rotations agree."""
-    order = np.random.default_rng(0).permutation(len(points))  # failures may be periodic
-    sample = points[order[:SAMPLE]]
-    distances, _ = _distances(sample, sample)
-    if np.mean(distances < TLUD_THRESHOLD) < SPARSE:
-        return int(order[_medoid_by_tree(points[order])])
-    return _medoid_by_bounds(points, int(order[distances.sum(axis=1).argmin()]))
 
 
 def _medoid_by_bounds(points: Floats, guess: int) -> int:
@@ -117,22 +100,3 @@ def _plane(points: Floats, i: int, left: Indices, distances: Floats) -> Floats:
     loss += truncated[distances < flat].sum()  # their directions are not known
     bounds: Floats = truncated.sum() + (points[left] - points[i]) @ slope - loss
     return np.where(near[left], bounds, 0.0)
-
-
-def _medoid_by_tree(points: Floats) -> int:
-    """Find the medoid where few agree, from the near pairs alone."""
-    n = len(points)
-    quaternions = scipy.spatial.transform.Rotation.from_matrix(points.reshape(-1, 3, 3)).as_quat()
-    # The chordal distance is sqrt(8) sin(angle / 2), of quaternions v = 2 sin(angle / 4).
-    both_signs = scipy.spatial.KDTree(np.vstack([quaternions, -quaternions]))
-    reach = sqrt(2 - 2 * sqrt(1 - TLUD_THRESHOLD**2 / 8))
-    agreement = np.zeros(n)  # n thresholds less each sum of distances
-    n_parts = ceil(SPARSE * n * n / NEAR_PAIRS_AT_ONCE)
-    for i in range(n_parts):
-        part = scipy.spatial.KDTree(quaternions[i::n_parts])
-        pairs = part.sparse_distance_matrix(both_signs, reach, output_type="ndarray")
-        v = pairs["v"]
-        agreement[i::n_parts] = np.bincount(
-            pairs["i"], TLUD_THRESHOLD - sqrt(8) * v * np.sqrt(1 - v * v / 4)
-        )
-    return int(np.argmax(agreement))

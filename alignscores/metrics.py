@@ -5,15 +5,15 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
-from .aligner import Seed
 from .arrays import Floats
-from .distance import ras_angle, tas_distance
 from .pose import pas
 from .protocols.cameras import estimated_positions
 from .protocols.families import Family, Metric, Missing, find
 from .protocols.registry import PROTOCOLS
+from .registration import Seed
 from .rotation import ras
 from .similarity import least_squares_rmse
+from .thresholds import ras_angle, tas_distance
 from .translation import tas
 
 __all__ = ["FAMILIES", "SCORES", "Family", "Metric", "header", "metric", "named"]

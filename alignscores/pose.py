@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import Seed
-from .registration import Registration
+from .registration import Registration, Seed
 from .rotation import RASResult, _checked_ras
 from .translation import TASResult, tas
 from .validation import check_poses, check_same_length
@@ -62,6 +61,7 @@ def pas(
     rng: Seed = 0,
     weight: float = 0.5,
     unit: float | None = None,
+    groups: ArrayLike | None = None,
     n_hypotheses: int = 1000,
     max_threshold: float = 1.0,
     max_threshold_deg: float = 10.0,
@@ -88,6 +88,8 @@ def pas(
         Share of the TAS, from 0 to 1.
     unit : float, optional
         d in ground-truth units; see `tas`.
+    groups : (n,) array_like, optional
+        Labels of rows, the same for cameras of one rig frame; see `tas`.
     n_hypotheses : int
         Number of hypotheses of the registration.
     max_threshold : float
@@ -144,6 +146,7 @@ def pas(
         est_positions,
         rng=rng,
         unit=unit,
+        groups=groups,
         n_hypotheses=n_hypotheses,
         max_threshold=max_threshold,
         n_thresholds=n_thresholds,
@@ -155,6 +158,7 @@ def pas(
     rotation = _checked_ras(
         gt_rotations, est_rotations, max_threshold_deg, n_thresholds, alignment, up
     )
+    # PAS = alpha TAS + (1 - alpha) RAS (eq. 5, with the weight alpha of section 8)
     score = weight * translation.score + (1 - weight) * rotation.score
     return PASResult(score=score, tas=translation, ras=rotation, weight=weight)
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Floats, Indices, of_equal_size
-from .averaging import rotation_angles, tlud_means, yaw_mean
-from .histogram import AlignmentScore, equal_steps
+from .arrays import Floats
+from .averaging import rotation_angles, tlud_mean, yaw_mean
+from .histogram import AlignmentScore, area, cumulative_frequency, equal_steps
 from .similarity import check_alignment
 from .validation import (
     AlignmentWarning,
@@ -32,19 +32,16 @@ class RASResult(AlignmentScore):
 
     Parameters
     ----------
+    score : float
+        RAS, from 0 to 1; also ``float(result)``.
     errors : (n,) ndarray
         Angular error of each camera in degrees; infinite for a camera that was not estimated.
     thresholds : (K,) ndarray
         Error thresholds in degrees.
-    alignment : (3, 3) ndarray or None
-        Rotation from the ground-truth to the estimated frame; None if no camera was estimated.
-
-    Attributes
-    ----------
-    score : float
-        RAS, from 0 to 1; also ``float(result)``.
     cumulative_frequency : (K,) ndarray of int
         Number of errors below each threshold.
+    alignment : (3, 3) ndarray or None
+        Rotation from the ground-truth to the estimated frame; None if no camera was estimated.
 
     Examples
     --------
@@ -129,7 +126,6 @@ def ras(
     gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
     est = check_rotations(est_rotations, "est_rotations", complete=False)
     check_same_length(gt, est, "gt_rotations", "est_rotations")
-    check_alignment(alignment, up)
     return _checked_ras(gt, est, max_threshold_deg, n_thresholds, alignment, up)
 
 
@@ -142,41 +138,47 @@ def _checked_ras(
     up: str,
 ) -> RASResult:
     """Return the RAS of checked rotations; a warning points to the caller of `ras` or `pas`."""
+    check_alignment(alignment, up)
     thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
-    (rotation,), errors = align_rotations(gt, est, np.array([0, len(gt)]), alignment, up)
-    if np.isnan(rotation).all():
+    estimated = finite_rows(est)
+    errors = np.full(len(gt), np.inf)
+    Q = None
+    if estimated.any():
+        gt, est = (gt, est) if estimated.all() else (gt[estimated], est[estimated])
+        # Step 1: the alignment is the robust average of the rotations from camera to camera.
+        Q = _average(est @ gt.swapaxes(1, 2), alignment, up)
+        # Step 2: the angular errors, and their cumulative frequencies f_k.
+        errors[estimated] = np.concatenate(
+            [
+                rotation_angles((Q @ gt[block]).swapaxes(1, 2) @ est[block])
+                for block in _blocks(len(gt))
+            ]
+        )
+    frequency = cumulative_frequency(errors, thresholds)
+    # Step 3: the RAS is the normalised sum of the f_k (eq. 4).
+    score = area(frequency, len(errors))
+    if Q is None:
         warnings.warn(
             "RAS is 0: no camera in est_rotations was estimated", AlignmentWarning, stacklevel=3
         )
-        return RASResult(errors=errors, thresholds=thresholds, alignment=None)
-    return RASResult(errors=errors, thresholds=thresholds, alignment=rotation)
+    return RASResult(
+        score=score,
+        errors=errors,
+        thresholds=thresholds,
+        cumulative_frequency=frequency,
+        alignment=Q,
+    )
 
 
-def align_rotations(
-    gt: Floats, est: Floats, starts: Indices, alignment: str, up: str
-) -> tuple[Floats, Floats]:
-    """Return the rotation (B, 3, 3) from ground truth to estimate of scenes, and errors (n,).
-
-    Scene s has the rows from ``starts[s]`` to ``starts[s + 1]``. Its rotation is NaN if no camera
-    was estimated.
-    """
-    rotations, errors = np.full((len(starts) - 1, 3, 3), np.nan), np.full(len(gt), np.inf)
-    estimated = np.flatnonzero(finite_rows(est))
-    for scenes, rows in of_equal_size(np.searchsorted(estimated, starts)):
-        rotations[scenes] = aligned = _aligned(
-            est[estimated[rows]] @ gt[estimated[rows]].swapaxes(2, 3), alignment, up
-        )
-        for block in np.split(rows, range(CAMERAS_AT_ONCE, rows.shape[1], CAMERAS_AT_ONCE), axis=1):
-            cameras = estimated[block]
-            expected = (aligned[:, None] @ gt[cameras]).swapaxes(2, 3)
-            errors[cameras] = rotation_angles(expected @ est[cameras])
-    return rotations, errors
-
-
-def _aligned(rotations: Floats, alignment: str, up: str) -> Floats:
-    """Return the rotation between two frames from the rotations of the cameras (G, n, 3, 3)."""
+def _average(rotations: Floats, alignment: str, up: str) -> Floats:
+    """Return the rotation between two frames from those of the cameras (n, 3, 3)."""
     if alignment == "none":
-        return np.tile(np.eye(3), (len(rotations), 1, 1))
+        return np.eye(3)
     if alignment == "yaw":
-        return np.array([yaw_mean(stack, up) for stack in rotations])
-    return tlud_means(rotations)
+        return yaw_mean(rotations, up)
+    return tlud_mean(rotations)
+
+
+def _blocks(n: int) -> list[slice]:
+    """Return slices of the cameras whose errors are computed at once."""
+    return [slice(i, i + CAMERAS_AT_ONCE) for i in range(0, n, CAMERAS_AT_ONCE)]

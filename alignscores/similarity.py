@@ -135,13 +135,6 @@ class Similarity:
             )
         return cls(scale, rotation, est_centre - scale * rotation @ gt_centre)
 
-    @classmethod
-    def of_row(cls, row: Floats) -> "Similarity | None":
-        """Return the alignment in a row (13,) of the kernel, None if its scale is NaN."""
-        if np.isnan(row[0]):
-            return None
-        return cls(float(row[0]), row[1:10].reshape(3, 3), row[10:])
-
     def apply(self, positions: Floats) -> Floats:
         """Return ground-truth positions (n, 3) in the estimated frame."""
         return self.scale * positions @ self.rotation.T + self.translation

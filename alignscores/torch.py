@@ -3,15 +3,19 @@
 ``import alignscores`` does not import this module, nor torch.
 """
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from .batch import pas_batch
 from .metrics import metric
+from .pose import pas
 from .protocols import NoValueError
+from .rotation import ras
 from .trajectories.extras import require
+from .translation import UndefinedUnitError
+from .validation import AlignmentWarning
 
 torch: Any = require("torch", "torch")
 torchmetrics: Any = require("torchmetrics", "torch")
@@ -29,7 +33,7 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
     protocols : sequence of str
         Other projects' metrics, such as "auc@30:vggt", by the names of ``--metrics``.
     options : dict, optional
-        Further arguments of `pas_batch`, such as ``{"alignment": "rigid", "threads": 4}``.
+        Further arguments of `pas`, such as ``{"alignment": "rigid"}``.
     **settings : object
         Those of `torchmetrics.Metric`, such as ``dist_sync_on_step``.
 
@@ -77,14 +81,11 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         mask : (B, n) tensor of bool, optional
             Which of the poses are cameras; the others fill up scenes that have fewer.
         """
-        if mask is not None:
-            gt_poses = torch.where(mask[..., None, None], gt_poses, torch.nan)
-        result = pas_batch(gt_poses, est_poses, **self._options)
-        columns: list[Any] = [result.score, result.tas.score, result.ras.score]
-        if self._protocols:
-            columns += np.transpose(self._values(gt_poses, est_poses)).tolist()
-        values = torch.tensor(np.array(columns).T, dtype=torch.float64, device=self.device)
-        self.values.append(values)
+        if len(gt_poses) != len(est_poses):
+            raise ValueError(f"gt_poses has {len(gt_poses)} scenes but est_poses {len(est_poses)}")
+        masks = [None] * len(gt_poses) if mask is None else mask
+        rows = [self._scored(*scene) for scene in zip(gt_poses, est_poses, masks, strict=True)]
+        self.values.append(torch.tensor(rows, dtype=torch.float64, device=self.device))
 
     def compute(self) -> dict[str, Any]:
         """Return the means over all scenes that have a value.
@@ -97,16 +98,19 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         values = torchmetrics.utilities.dim_zero_cat(self.values).unbind(dim=1)
         return {name: one.nanmean() for name, one in zip(self.names, values, strict=True)}
 
-    def _values(self, gt_poses: Any, est_poses: Any) -> list[list[float]]:
-        """Return the protocols of each scene; NaN where one has no value."""
-        values = []
-        for gt, est in zip(gt_poses, est_poses, strict=True):
-            gt, est = (frame.detach().cpu().double().numpy() for frame in (gt, est))
-            cameras = ~np.isnan(gt[:, :3]).all(axis=(1, 2))
-            values.append(
-                [_value(family, gt[cameras], est[cameras]) for family in self._protocols.values()]
-            )
-        return values
+    def _scored(self, gt: Any, est: Any, mask: Any) -> list[float]:
+        """Return PAS, TAS, RAS and the protocols of a scene; NaN where one has no value."""
+        gt, est = torch.as_tensor(gt), torch.as_tensor(est)
+        cameras = ~torch.isnan(gt[:, :3]).flatten(1).all(dim=1) if mask is None else mask
+        gt, est = gt[cameras], est[cameras]
+        try:
+            result = pas(gt, est, **self._options)
+            scores = [result.score, result.tas.score, result.ras.score]
+        except UndefinedUnitError as error:
+            warnings.warn(str(error), AlignmentWarning, stacklevel=3)
+            scores = [np.nan, np.nan, ras(gt[:, :3, :3], est[:, :3, :3]).score]
+        gt, est = (poses.detach().cpu().double().numpy() for poses in (gt, est))
+        return scores + [_value(family, gt, est) for family in self._protocols.values()]
 
 
 def _value(family: Any, gt: Any, est: Any) -> float:

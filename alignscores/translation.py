@@ -2,17 +2,31 @@
 
 import warnings
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .aligner import Aligner, Seed, one_scene
-from .histogram import AlignmentScore, equal_steps
-from .registration import Registration
+from .arrays import Floats
+from .histogram import AlignmentScore, area, cumulative_frequency, equal_steps
+from .registration import Registration, Search, Seed, kernel
 from .similarity import Similarity
-from .validation import AlignmentWarning, check_positive, finite_rows
+from .validation import (
+    AlignmentWarning,
+    check_groups,
+    check_position_pair,
+    check_positions,
+    check_positive,
+    finite_rows,
+)
 
-__all__ = ["TASResult", "closest_pair_quartile", "tas"]
+__all__ = ["TASResult", "UndefinedUnitError", "closest_pair_quartile", "tas"]
+
+NEGLIGIBLE = 1e-9  # of the extent of the cameras; a smaller d is rounding, no spacing
+
+
+class UndefinedUnitError(ValueError):
+    """The ground truth has no d."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -21,11 +35,15 @@ class TASResult(AlignmentScore):
 
     Parameters
     ----------
+    score : float
+        TAS, from 0 to 1; also ``float(result)``.
     errors : (n,) ndarray
         Position error of each camera in ground-truth units; infinite for a camera that was not
         estimated.
     thresholds : (K,) ndarray
         Error thresholds in ground-truth units.
+    cumulative_frequency : (K,) ndarray of int
+        Number of errors below each threshold.
     alignment : Similarity or None
         From ground truth to estimate; None if the estimate cannot be aligned.
     unit : float
@@ -34,13 +52,6 @@ class TASResult(AlignmentScore):
         Number of hypotheses that the alignment was chosen from.
     registration : str
         Name of the registration; scores under different ones are not comparable.
-
-    Attributes
-    ----------
-    score : float
-        TAS, from 0 to 1; also ``float(result)``.
-    cumulative_frequency : (K,) ndarray of int
-        Number of errors below each threshold.
 
     Examples
     --------
@@ -70,6 +81,7 @@ def tas(
     *,
     rng: Seed = 0,
     unit: float | None = None,
+    groups: ArrayLike | None = None,
     n_hypotheses: int = 1000,
     max_threshold: float = 1.0,
     n_thresholds: int = 100,
@@ -93,6 +105,9 @@ def tas(
         Seed of the registration; the same seed gives the same score, bit for bit.
     unit : float, optional
         d in ground-truth units; by default the upper quartile of the closest-pair distances.
+    groups : (n,) array_like, optional
+        Labels of rows: those of the same label are cameras of one rig frame and no neighbours of
+        each other, so that d is the spacing of the rig's positions and not its baseline.
     n_hypotheses : int
         Number of hypotheses of the registration.
     max_threshold : float
@@ -120,7 +135,8 @@ def tas(
     ------
     ValueError
         If the input is malformed, or d is undefined: fewer than 4 cameras, or three quarters of the
-        cameras coincide with another one. Then give `unit`.
+        cameras coincide with another one (d is below 1e-9 of the extent). Then give `groups` or
+        `unit`.
     TypeError
         If a function passed as registration returns anything but an alignment and a number.
 
@@ -182,46 +198,57 @@ def tas(
     >>> result.registration, round(result.score, 3)
     ('least_squares', 0.663)
     """
-    aligner = Aligner(
-        *one_scene(gt_positions, est_positions),
-        registration=registration,
+    gt, est = check_position_pair(gt_positions, est_positions)
+    steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
+    search = Search(
+        gt,
+        est,
+        registration,
         rng=rng,
         n_hypotheses=n_hypotheses,
         alignment=alignment,
         up=up,
     )
-    steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
-    aligned = aligner.align(unit, steps[-1])
-    d, similarity = float(aligned.units[0]), Similarity.of_row(aligned.rows[0])
-    if unit is None and (reason := no_unit(d, len(aligner.gt))):
-        raise ValueError(reason)
-    check_positive(d, "unit")
-    if similarity is None:
-        distinct = len(np.unique(aligner.est[finite_rows(aligner.est)], axis=0))
+    # Step 1: d, the upper quartile of the closest-pair distances (eq. 1).
+    d = closest_pair_quartile(gt, groups=groups) if unit is None else check_positive(unit, "unit")
+    thresholds = d * steps
+    # Step 2: register the estimate robustly, by default with PCR-99.
+    found, n_used = search.register(thresholds[-1])
+    # Step 3: the distance errors, and their cumulative frequencies f_k.
+    errors = search.errors(found)
+    frequency = cumulative_frequency(errors, thresholds)
+    # Step 4: the TAS is the normalised sum of the f_k (eq. 3).
+    score = area(frequency, len(gt))
+    if found is None:
+        distinct = len(np.unique(est[finite_rows(est)], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
-            f"the ground truth ({distinct} distinct estimated positions of {len(aligner.gt)} "
-            "cameras)",
+            f"the ground truth ({distinct} distinct estimated positions of {len(gt)} cameras)",
             AlignmentWarning,
             stacklevel=2,
         )
     return TASResult(
-        errors=aligned.errors,
-        thresholds=d * steps,
-        alignment=similarity,
+        score=score,
+        errors=errors,
+        thresholds=thresholds,
+        cumulative_frequency=frequency,
+        alignment=search.similarity(found),
         unit=d,
-        n_hypotheses=int(aligned.n_hypotheses[0]),
-        registration=aligner.registration,
+        n_hypotheses=n_used,
+        registration=search.name,
     )
 
 
-def closest_pair_quartile(gt_positions: ArrayLike) -> float:
+def closest_pair_quartile(gt_positions: ArrayLike, *, groups: ArrayLike | None = None) -> float:
     """Return d of the paper: the upper quartile of the distances to the closest other camera.
 
     Parameters
     ----------
     gt_positions : (n, 3) array_like
         Finite camera centres, at least 4.
+    groups : (n,) array_like, optional
+        Labels of rows: those of the same label are cameras of one rig frame, which counts as one
+        camera at their mean position.
 
     Returns
     -------
@@ -231,31 +258,47 @@ def closest_pair_quartile(gt_positions: ArrayLike) -> float:
     Raises
     ------
     ValueError
-        If there are fewer than 4 cameras, or d is 0.
+        If there are fewer than 4 cameras (rig frames), or d is below 1e-9 of their extent.
 
     References
     ----------
-    Lee and Civera, "Alignment Scores", eq. 1.
+    Lee and Civera, "Alignment Scores", eq. 1. Rig frames are not in the paper.
 
     Examples
     --------
     >>> from alignscores import closest_pair_quartile
     >>> closest_pair_quartile([[0, 0, 0], [1, 0, 0], [3, 0, 0], [7, 0, 0]])
     2.0
+
+    A stereo rig with a baseline of 0.1 at the same positions:
+
+    >>> rig = [[x, y, 0] for x in (0, 1, 3, 7) for y in (0, 0.1)]
+    >>> closest_pair_quartile(rig), closest_pair_quartile(rig, groups=[0, 0, 1, 1, 2, 2, 3, 3])
+    (0.1, 2.0)
     """
-    return tas(gt_positions, gt_positions, alignment="none").unit
-
-
-def no_unit(d: float, n: int) -> str:
-    """Return the reason why d is undefined, or an empty string."""
+    positions = check_positions(gt_positions, "gt_positions", complete=True)
+    cameras, by_hand = "cameras", "pass unit= to set it by hand"
+    if groups is not None:
+        positions, cameras = _rig_positions(positions, groups), "rig frames"
+    n = len(positions)
     if n < 4:
-        return (
-            f"TAS needs at least 4 ground-truth cameras to derive its unit, but there are {n}; "
-            "pass unit= to set it by hand"
+        raise UndefinedUnitError(
+            f"TAS needs at least 4 ground-truth {cameras} to derive its unit, but there are {n}; "
+            f"{by_hand}"
         )
-    if d == 0:
-        return (
-            "TAS has no unit: at least three quarters of the cameras in gt_positions coincide with "
-            "another one; pass unit= to set it by hand"
+    distances, extent = kernel.closest_distances(np.ascontiguousarray(positions))
+    rank = (3 * n + 3) // 4  # ceil(3n/4), from 1
+    d = float(np.partition(distances, rank - 1)[rank - 1])
+    if not NEGLIGIBLE * extent < d < inf:
+        raise UndefinedUnitError(
+            f"TAS has no unit: at least three quarters of the {cameras} in gt_positions coincide "
+            f"with another one; pass groups= if they are cameras of one rig, or {by_hand}"
         )
-    return ""
+    return d
+
+
+def _rig_positions(positions: Floats, groups: ArrayLike) -> Floats:
+    """Return the mean position of each rig frame."""
+    labels = check_groups(groups, len(positions), "gt_positions")
+    shares = positions / np.bincount(labels)[labels, None]
+    return np.column_stack([np.bincount(labels, share) for share in shares.T])

@@ -5,14 +5,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import Booleans, Floats
+from .arrays import Booleans, Floats, Indices
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 __all__ = [
     "AlignmentWarning",
+    "check_groups",
     "check_poses",
+    "check_position_pair",
     "check_positions",
     "check_positive",
     "check_rotations",
@@ -79,12 +81,36 @@ def check_same_length(gt: Floats, est: Floats, gt_name: str, est_name: str) -> N
         )
 
 
-def check_positive(value: float, name: str, *, integer: bool = False) -> None:
-    """Check that a parameter is a positive, finite (whole) number."""
+def check_position_pair(gt_positions: ArrayLike, est_positions: ArrayLike) -> tuple[Floats, Floats]:
+    """Return checked positions (n, 3) of ground truth and estimate; estimates may be missing."""
+    gt = check_positions(gt_positions, "gt_positions", complete=True)
+    est = check_positions(est_positions, "est_positions", complete=False)
+    check_same_length(gt, est, "gt_positions", "est_positions")
+    return gt, est
+
+
+def check_groups(groups: ArrayLike, n: int, name: str) -> Indices:
+    """Return the labels of n rows as numbers from 0, or raise ValueError."""
+    labels = np.asarray(groups)
+    if labels.shape != (n,):
+        raise ValueError(
+            f"groups must have a label for each of the {n} rows of {name}, not {labels.shape}"
+        )
+    if labels.dtype.kind == "f" and np.isnan(labels).any():
+        raise ValueError(f"groups[{int(np.argmax(np.isnan(labels)))}] is NaN, which is no label")
+    try:
+        return np.unique(labels, return_inverse=True)[1]
+    except TypeError:
+        raise ValueError("groups must be labels of one kind, such as numbers or names") from None
+
+
+def check_positive(value: float, name: str, *, integer: bool = False) -> float:
+    """Return a parameter that is a positive, finite (whole) number, or raise ValueError."""
     kinds = (int, np.integer) if integer else (int, float, np.integer, np.floating)
     if isinstance(value, bool) or not isinstance(value, kinds) or not 0 < value < np.inf:
         kind = "whole number" if integer else "finite number"
         raise ValueError(f"{name} must be a positive {kind}, not {value!r}")
+    return float(value)
 
 
 def finite_rows(array: Floats) -> Booleans:

@@ -7,8 +7,7 @@ ValueError.
 
 from .absolute import ate
 from .discernible import dre, dte
-from .literal import literal_frames
 from .pairwise import maa
 from .rotation import rotation_statistics
 
-__all__ = ["ate", "dre", "dte", "literal_frames", "maa", "rotation_statistics"]
+__all__ = ["ate", "dre", "dte", "maa", "rotation_statistics"]

@@ -1,4 +1,4 @@
-"""Time TAS, RAS and batches of scenes against other programs: ``python -m benchmarks``."""
+"""Time TAS and RAS against other programs: ``python -m benchmarks``."""
 
 import argparse
 import ctypes
@@ -8,7 +8,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
 from io import BytesIO
 from pathlib import Path
 from timeit import Timer
@@ -17,7 +16,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from alignscores import ras, ras_batch, tas, tas_batch
+from alignscores import ras, tas
 from alignscores.arrays import Floats
 from experiments.scenes import make_scene
 
@@ -35,7 +34,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print milliseconds of processor time, the least of several turns in which all take part."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--largest", type=int, default=SIZES[-1], help="cameras (10000)")
-    parser.add_argument("--scenes", type=int, default=1000, help="scenes of a batch (1000)")
+    parser.add_argument(
+        "--scenes", type=int, default=1000, help="small scenes, one after the other (1000)"
+    )
     parser.add_argument("--turns", type=int, default=10, help="turns; the least counts (10)")
     against = "checkout of another version, compiled there; its times stand in brackets"
     parser.add_argument("--against", metavar="FOLDER", type=Path, help=against)
@@ -96,7 +97,7 @@ def draw(n_scenes: int, n_cameras: int) -> tuple[Floats, Floats]:
 
 
 def contenders(gt: Floats, est: Floats) -> dict[str, Callable[[], object]]:
-    """Return what is measured by its name; one scene is scored alone, several in a batch."""
+    """Return what is measured by its name: all scenes, one after the other."""
     import pycolmap
     from evo.core.geometry import umeyama_alignment
 
@@ -105,15 +106,11 @@ def contenders(gt: Floats, est: Floats) -> dict[str, Callable[[], object]]:
     )
     clouds = list(zip(gt[..., :3, 3].copy(), est[..., :3, 3].copy(), strict=True))
     least_squares = [(a.T.copy(), b.T.copy(), True) for a, b in clouds]
-    tas_of: Callable[..., object] = tas_batch
-    ras_of: Callable[..., object] = ras_batch
-    if len(gt) == 1:
-        tas_of, ras_of, gt, est = tas, ras, gt[0], est[0]
-    positions = gt[..., :3, 3].copy(), est[..., :3, 3].copy()
+    frames = [(a[:, :3, :3].copy(), b[:, :3, :3].copy()) for a, b in zip(gt, est, strict=True)]
     return {
-        "TAS": partial(tas_of, *positions),
-        "TAS, refined": partial(tas_of, *positions, registration="refined"),
-        "RAS": partial(ras_of, gt[..., :3, :3].copy(), est[..., :3, :3].copy()),
+        "TAS": lambda: [tas(*pair) for pair in clouds],
+        "TAS, refined": lambda: [tas(*pair, registration="refined") for pair in clouds],
+        "RAS": lambda: [ras(*pair) for pair in frames],
         "pycolmap, robust": lambda: [
             pycolmap.estimate_sim3d_robust(*pair, options) for pair in clouds
         ],

@@ -23,22 +23,17 @@ from pydantic import (
 )
 from pydantic.dataclasses import dataclass as checked_dataclass
 
-from alignscores import (
-    AlignmentScore,
-    Similarity,
-    ras_batch,
-    tas,
-    tas_distance,
-)
+from alignscores import Similarity, ras, tas, tas_distance
 from alignscores.arrays import Floats
-from alignscores.distance import N_THRESHOLDS, smallest_unit
-from alignscores.histogram import equal_steps
+from alignscores.histogram import equal_steps, score_of
 from alignscores.metrics import metric, named
+from alignscores.paper import literal_frames
 from alignscores.protocols import PROTOCOLS, Family, Metric, NoValueError
 from alignscores.protocols.families import find
 from alignscores.registration import Registration, pcr99
+from alignscores.thresholds import N_THRESHOLDS, smallest_unit
 from alignscores.translation import closest_pair_quartile
-from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
+from baselines import ate, dre, dte, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.discernible import dte_of_stacks
 from baselines.pairwise import Count, maa_by_counts
@@ -365,11 +360,7 @@ class Batch:
 
     @cached_property
     def _rotation_errors(self) -> list[Floats]:
-        result = ras_batch(
-            [scene.gt_rotations for scene in self.scenes],
-            [scene.est_rotations for scene in self.scenes],
-        )
-        return np.split(result.errors, result.starts[1:-1])
+        return [ras(scene.gt_rotations, scene.est_rotations).errors for scene in self.scenes]
 
     @cached_property
     def _l1_errors(self) -> list[Floats]:
@@ -443,7 +434,7 @@ def _scores(
     """Score the errors of each scene."""
     steps = equal_steps(max_threshold, n_thresholds, "max_threshold")
     pairs = zip(errors, units, strict=True)
-    return np.array([AlignmentScore(values, unit * steps).score for values, unit in pairs])
+    return np.array([score_of(values, unit * steps) for values, unit in pairs])
 
 
 def _order_statistic(ascending: Floats, quantile: float) -> float:

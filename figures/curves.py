@@ -1,68 +1,251 @@
-"""What a figure of the paper draws: trials as curves over noise levels, checked."""
+"""Trials as curves: a panel for each metric, noise along the x axis, a colour for each curve.
+
+The height of a grey column is the range of all curves at a noise level, the height of a bar above
+"all" the range of one curve over all noise levels: the captions of the paper compare these ranges.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from math import ceil
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from alignscores.arrays import Floats
-from experiments.grid import CELL_SETTINGS
-from experiments.tables import TableError, Trials
+from alignscores.protocols import Family
+from experiments.command import ConfigError
+from experiments.grid import CELL_SETTINGS, KEY_COLUMNS
+from experiments.metrics import Column
+
+from . import style
+
+TEXTS = ("settings", "geometry", "experiment")
+NAMES = {  # of the settings: above the key of colours, and below an axis
+    "sigma_t": "σₜ (units)",
+    "sigma_r_deg": "σᵣ",
+    "n_outliers": "number of outliers",
+    "n_cameras": "number of cameras",
+    **{name: name for name in TEXTS},
+}
+ALONG_X = ("sigma_t", "sigma_r_deg", "n_outliers", "n_cameras")  # the first one that varies
+IN_COLOUR = ("n_outliers", "n_cameras", "sigma_r_deg", "sigma_t", *TEXTS)
+
+GROUP = 0.76  # width of the curves around a level, in levels
+STRIP = 0.3  # width of the bars at the right, as a share of the levels' width
+THICK, THIN = (
+    1.6,
+    0.5,
+)  # first and last curve in points, so that coinciding ones are seen as stripes
+LOG = 300  # largest by smallest mean of an error, above which its axis is logarithmic
+MAX_BLOCKS = 12  # combinations of the settings that have neither an axis nor colours
 
 
-@dataclass(frozen=True, eq=False)
-class Curves:
-    """Trials of an experiment as series, the values of one setting, over the levels of others."""
+def draw_trials(trials: pd.DataFrame, metrics: Sequence[str] = ()) -> Figure:
+    """Draw metrics of a table of trials against noise; by default all metrics.
 
-    trials: Trials
-    metrics: Sequence[str]
-    series: str
-    levels: tuple[str, ...] = ("sigma_t",)
+    The first setting that varies runs along the x axis (noise before the numbers of outliers and of
+    cameras), the next one has the colours, and each combination of the others has its own panels.
+    Values that are not finite are left out; the title of the panel has their number.
 
-    def __post_init__(self) -> None:
-        table = self.trials.table
-        for metric in self.metrics:
-            self._require(metric in table, f"has no column {metric}")
-            finite = np.isfinite(pd.to_numeric(table[metric], errors="coerce")).all()
-            self._require(finite, f"has values of {metric} that are not finite")
-        for setting in CELL_SETTINGS:
-            count = 1 if setting in (self.series, *self.levels) else table[setting].nunique()
-            self._require(count == 1, f"has {count} values of {setting}; the figure can show one")
-        self._require(
-            self._noise[self.levels[0]].is_unique,
-            f"varies {' and '.join(self.levels)} independently of each other",
-        )
-
-    def _require(self, condition: bool, problem: str) -> None:
-        if not condition:
-            raise TableError(self.trials.path, problem)
-
-    @cached_property
-    def _noise(self) -> pd.DataFrame:
-        levels = self.trials.table[list(self.levels)]
-        return levels.drop_duplicates().sort_values(self.levels[0])
-
-    @cached_property
-    def values(self) -> list[float]:
-        """The values of the series, ascending."""
-        return sorted(self.trials.table[self.series].unique())
-
-    @cached_property
-    def ticks(self) -> list[str]:
-        """The noise levels, ascending, as labels with a line for each quantity."""
-        return [
-            "\n".join(map(write_value, self.levels, row))
-            for row in self._noise.itertuples(index=False, name=None)
-        ]
-
-    def spread(self, metric: str) -> Floats:
-        """Return the smallest value, the mean and the largest: (3, series, levels)."""
-        groups = self.trials.table.groupby([self.series, self.levels[0]])[metric]
-        return np.stack([groups.agg(name).unstack() for name in ("min", "mean", "max")])
+    Raises
+    ------
+    ValueError
+        If a column is missing, if one has text instead of numbers, or if too many settings vary.
+    """
+    names = check_metrics(trials, metrics)
+    x, series, others = arrange(trials)
+    blocks = list(trials.groupby(others, sort=False)) if others else [((), trials)]
+    if len(blocks) > MAX_BLOCKS:
+        problem = f"{len(blocks)} combinations of {', '.join(others)} do not fit into one figure"
+        raise ValueError(f"{problem}; keep the rows of at most {MAX_BLOCKS}")
+    columns = len(names) if len(names) <= 3 else min(4, ceil(len(names) / 2))
+    width = style.COLUMN if columns <= 2 else style.PAGE
+    figure = new_figure(width, len(blocks) * ceil(len(names) / columns), len(blocks))
+    parts = figure.subfigures(len(blocks), 1, squeeze=False)[:, 0]
+    for part, (values, block) in zip(parts, blocks, strict=True):
+        named = zip(others, values, strict=True)
+        title = ", ".join(f"{NAMES[name]} = {write(name, value)}" for name, value in named)
+        draw_block(part, block, names, columns, x, series, title)
+    explain_glyphs(figure, trials, x)
+    return figure
 
 
-def write_value(setting: str, value: float) -> str:
+def check_metrics(trials: pd.DataFrame, metrics: Sequence[str] = ()) -> list[str]:
+    """Return the metrics to draw; check that they and the settings of the cells are numbers."""
+    missing = [name for name in (*CELL_SETTINGS, *metrics) if name not in trials]
+    if missing:
+        raise ValueError(f"has no column {missing[0]}")
+    names = list(metrics) or [
+        str(name) for name in trials if name not in (*KEY_COLUMNS, "settings")
+    ]
+    if not names or trials.empty:
+        raise ValueError("has no row" if names else "has no column with a metric")
+    for name in (*CELL_SETTINGS, *names):
+        numbers = pd.to_numeric(trials[name], errors="coerce")
+        wrong = numbers.isna() & (trials[name].notna() | (name in CELL_SETTINGS))
+        if wrong.any():
+            raise ValueError(
+                f"has {str(trials[name][wrong].iloc[0])!r} in column {name}, not a number"
+            )
+    return names
+
+
+def arrange(trials: pd.DataFrame) -> tuple[list[str], str, list[str]]:
+    """Return the settings along the x axis, the one that has the colours, and the others."""
+    varying = [name for name in NAMES if name in trials and trials[name].nunique() > 1]
+    first = next((name for name in ALONG_X if name in varying), ALONG_X[0])
+    x = [first]
+    for name in set(ALONG_X).intersection(varying) - {first}:
+        pairs = trials[[first, name]].drop_duplicates()
+        if pairs[first].is_unique and pairs[name].is_unique:
+            x.append(name)  # rises together with the first
+    left = [name for name in varying if name not in x]
+    series = next(name for name in IN_COLOUR if name in (left or CELL_SETTINGS) and name not in x)
+    return x, series, [name for name in left if name != series]
+
+
+def new_figure(width: float, rows: int, blocks: int) -> Figure:
+    """Return a figure for rows of panels in some blocks with a key each; sizes in inches."""
+    height = 1.22 * rows + 0.3 * blocks + (0.35 if width == style.COLUMN else 0.22)
+    layout = ConstrainedLayoutEngine(w_pad=0.03, h_pad=0.03, wspace=0.02, hspace=0.02)
+    return Figure(figsize=(width, height), layout=layout)
+
+
+def draw_block(
+    part: SubFigure,
+    trials: pd.DataFrame,
+    metrics: Sequence[str],
+    columns: int,
+    x: Sequence[str],
+    series: str,
+    title: str = "",
+) -> None:
+    """Draw a panel for each metric, and above them the key of their colours."""
+    panels = part.subplots(ceil(len(metrics) / columns), columns, squeeze=False).ravel()
+    values = sorted(trials[series].unique())
+    for i, metric in enumerate(metrics):
+        draw_panel(panels[i], trials, metric, x, series)
+        if i + columns < len(metrics):  # another panel below
+            panels[i].set_xlabel("")
+            panels[i].tick_params(labelbottom=False)
+    for axes in panels[len(metrics) :]:
+        axes.remove()
+    labels = [write(series, value) for value in values]
+    room = part.bbox.width / part.get_dpi() / 0.053 - 2  # in characters
+    fits = sum(len(label) + 3.6 for label in labels) <= room
+    part.legend(
+        [Patch(color=colour) for colour in style.colours(series, len(values))],
+        labels,
+        loc="outside upper left",
+        alignment="left",
+        title=f"{title}: {NAMES[series]}" if title else NAMES[series],
+        ncols=len(labels) if fits else max(1, int(room / (3.6 + max(map(len, labels))))),
+        handlelength=0.9,
+        columnspacing=1.0,
+    )
+
+
+def draw_panel(
+    axes: Axes, trials: pd.DataFrame, metric: str, x: Sequence[str], series: str
+) -> None:
+    """Draw a metric at equal steps of the noise, so that levels of any spacing stay apart."""
+    finite = trials[np.isfinite(trials[metric])]
+    values = sorted(trials[series].unique())
+    levels = trials[list(x)].drop_duplicates().sort_values(x[0])
+    groups = finite.groupby([series, x[0]])[metric]
+    low, mean, high = (
+        groups.agg(name).unstack().reindex(index=values, columns=levels[x[0]]).to_numpy(float)
+        for name in ("min", "mean", "max")
+    )
+
+    positions = np.arange(len(levels))
+    colours = style.colours(series, len(values))
+    widths = np.linspace(THICK if len(values) > 1 else THIN, THIN, len(values))
+    bottom, top = np.fmin.reduce(low), np.fmax.reduce(high)
+    axes.bar(positions, top - bottom, 0.94, bottom, color=style.GREY_BAND, zorder=0.5)
+    for j, colour in enumerate(colours):
+        offset = GROUP * ((j + 0.5) / len(values) - 0.5)
+        red, green, blue = (1 - 0.65 * (1 - part) for part in colour)  # closer to white
+        axes.vlines(positions + offset, low[j], high[j], (red, green, blue), linewidth=0.4)
+        axes.plot(positions, mean[j], color=colour, linewidth=widths[j])
+    edges = len(levels) - 0.2 + max(STRIP * len(levels), 0.5) * np.linspace(0, 1, len(values) + 1)
+    centres, width = (edges[:-1] + edges[1:]) / 2, 0.85 * (edges[1] - edges[0])
+    bottom, top = np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1)
+    axes.bar(centres, top - bottom, width, bottom, color=colours)
+
+    labels = ["\n".join(map(write, x, row)) for row in levels.itertuples(index=False)]
+    longest = max(len(line) for label in labels for line in label.split("\n"))
+    every = ceil(len(labels) * (2 + longest) / 20)
+    axes.set_xticks([*positions[::every], centres.mean()], [*labels[::every], "all"])
+    axes.set_xlim(-0.65, edges[-1])
+    axes.set_xlabel(" and ".join(NAMES[name] for name in x))
+    describe(axes, metric, mean, float(np.fmin.reduce(bottom)), float(np.fmax.reduce(top)))
+    if len(finite) < len(trials):
+        n_missing = f"{len(trials) - len(finite)} trials without a value"
+        axes.set_title(f"{axes.get_title('left')}\n({n_missing})")
+
+
+def describe(axes: Axes, metric: str, mean: Floats, smallest: float, largest: float) -> None:
+    """Name a metric and scale its axis: from 0 to 1 for scores, so that their ranges compare."""
+    family = _family(metric)
+    is_score, unit = (family.larger_is_better, family.unit) if family else (False, "")
+    least, most = np.fmin.reduce(mean, axis=None), np.fmax.reduce(mean, axis=None)
+    is_log = bool(not is_score and smallest > 0 and most > LOG * least)
+    if is_log:
+        axes.set(yscale="log", ylim=(smallest / 1.3, largest * 1.2))
+        axes.yaxis.set_major_locator(LogLocator(numticks=6))
+        axes.yaxis.set_minor_locator(NullLocator())
+    elif np.isfinite(largest):
+        top = 1 if is_score and largest <= 1 else 1.04 * max(largest, 0) or 1
+        axes.set_ylim(min(0, smallest), top)
+        axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_formatter("{x:g}°" if unit == "deg" else "{x:g}")
+    arrow = "" if family is None else " ↑" if is_score else " ↓"
+    name, _, options = metric.partition("(")
+    axes.set_title("\n".join([name + arrow, *options.removesuffix(")").split(", ")]).strip())
+    remarks = (["units"] if unit == "units" else []) + (["log scale"] if is_log else [])
+    remark = axes.set_title(", ".join(remarks), loc="right")
+    remark.set(fontsize=style.SMALL, color=style.FAINT)
+
+
+def _family(metric: str) -> Family | None:
+    try:
+        return Column.parse(metric).metric.family
+    except ConfigError:
+        return None  # a column of the user's
+
+
+def write(setting: str, value: object) -> str:
     """Write a value of a setting."""
+    if isinstance(value, str):
+        return value or "default"
     return f"{value:g}°" if setting == "sigma_r_deg" else f"{value:g}"
+
+
+def explain_glyphs(figure: Figure, trials: pd.DataFrame, x: Sequence[str]) -> None:
+    """Draw the key of lines and bars below the panels."""
+    cells = [*CELL_SETTINGS, *(name for name in TEXTS if name in trials)]
+    n_trials = trials.groupby(cells).size().max()
+    over = " over all noise" if x[0].startswith("sigma") else ""
+    handles: dict[str, Artist] = {
+        "mean": Line2D([], [], color=style.FAINT),
+        f"min to max of {n_trials} trials": _stroke(0.5),
+        "min to max of all curves": Patch(color=style.GREY_BAND),
+        f"min to max of one curve{over}": _stroke(2.2),
+    }
+    figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="outside lower left",
+        ncols=2 if figure.get_figwidth() == style.COLUMN else 4,
+    )
+
+
+def _stroke(width: float) -> Line2D:
+    return Line2D([], [], color=style.FAINT, ls="", marker="|", ms=7, mew=width)

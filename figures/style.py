@@ -27,11 +27,13 @@ GREY_BAND = "0.935"  # what all series together span
 # Dark to light in even steps of lightness, so that the order survives greyscale and colour
 # blindness; another hue for each quantity. First, second and last position in the colour map: no
 # outlier stands apart from one, and the light end, which would vanish on paper, is cut off.
+Colour = tuple[float, float, float]
 COLOURS = {
     "n_outliers": ("inferno", 0.00, 0.26, 0.77),
     "n_cameras": ("YlGnBu_r", 0.00, 0.11, 0.60),
     "sigma_r_deg": ("viridis", 0.00, 0.20, 0.80),
 }
+OTHER_COLOURS = ("cividis", 0.00, 0.20, 0.85)
 
 TICKS = {  # on either axis
     "color": INK,
@@ -46,7 +48,6 @@ SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every 
     "font.size": TEXT,
     "text.color": INK,
     "axes.titlesize": TITLE,
-    "axes.titleweight": "bold",
     "axes.titlelocation": "left",
     "axes.titlepad": 4,
     "axes.labelsize": TEXT,
@@ -63,14 +64,17 @@ SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every 
     "grid.linewidth": 0.35,
     "lines.linewidth": 0.8,
     "lines.solid_capstyle": "butt",
-    "lines.marker": ".",
-    "lines.markersize": 1.6,
     "patch.linewidth": 0,
     **{f"{axis}tick.{key}": value for axis in "xy" for key, value in TICKS.items()},
     "ytick.minor.size": 0,
     "legend.frameon": False,
+    "legend.fontsize": SMALL,
+    "legend.title_fontsize": SMALL,
     "legend.borderpad": 0,
-    "legend.borderaxespad": 0,
+    "legend.borderaxespad": 0.5,
+    "legend.handlelength": 1.2,
+    "legend.handletextpad": 0.4,
+    "legend.columnspacing": 1.2,
     "savefig.dpi": 300,
     "pdf.fonttype": 42,  # TrueType: text that can be searched, and that publishers accept
 }
@@ -80,9 +84,9 @@ SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every 
 applied = partial(matplotlib.style.context, ["default", SETTINGS])
 
 
-def colours(column: str, count: int) -> list[tuple[float, float, float]]:
+def colours(column: str, count: int) -> list[Colour]:
     """Return a colour for each of `count` values of a key column, in their order."""
-    name, first, second, last = COLOURS[column]
+    name, first, second, last = COLOURS.get(column, OTHER_COLOURS)
     positions = [first, *np.linspace(last, second, count - 1)[::-1]]
     return [(r, g, b) for r, g, b, _ in matplotlib.colormaps[name](positions).tolist()]
 

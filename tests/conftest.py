@@ -34,7 +34,7 @@ OF_LEVELS = {  # folders and files, as in README.md
     "study": ("cluster", "experiments", "figures", "report", "studies", "workflow"),
     "house": (
         *(".", "alignscores/test_interface.py", "alignscores/test_interruptions.py"),
-        *("alignscores/test_parallel.py", "alignscores/test_straight_lines.py"),
+        *("alignscores/test_parallel.py",),
         "alignscores/test_texts.py",
         *("alignscores/test_writing.py", "alignscores/test_yaml_files.py", "benchmarks"),
     ),

@@ -1,14 +1,14 @@
 # Each figure: the function that draws it, and the tables that it shows.
 FIGURE = RESULTS / "figures" / "{figure}.{ext}"
 PAPER_FIGURES = {
-    "histogram": ("figures.histogram:draw", ["trials/combined"]),
-    "outliers": ("figures.noise:outliers", ["trials/outliers"]),
-    "collinear": ("figures.noise:collinear", ["trials/collinear"]),
-    "trajectory_length": ("figures.noise:trajectory_length", ["trials/trajectory_length"]),
-    "rotations": ("figures.noise:rotations", ["trials/rotations"]),
-    "combined": ("figures.noise:combined", ["trials/combined"]),
+    "histogram": ("histogram", ["trials/combined"]),
+    "outliers": ("outliers", ["trials/outliers"]),
+    "collinear": ("collinear", ["trials/collinear"]),
+    "trajectory_length": ("trajectory_length", ["trials/trajectory_length"]),
+    "rotations": ("rotations", ["trials/rotations"]),
+    "combined": ("combined", ["trials/combined"]),
     "maa_vs_pas": (
-        "figures.maa_vs_pas:draw",
+        "maa_vs_pas",
         ["trials/maa_vs_pas_outliers", "trials/maa_vs_pas_length", "trials/maa_vs_pas_collinear"],
     ),
 }

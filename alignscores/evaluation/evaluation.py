@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats
-from ..distance import N_THRESHOLDS, smallest_unit
 from ..metrics import metric
 from ..pose import PASResult
 from ..similarity import Similarity
 from ..texts import printable
+from ..thresholds import N_THRESHOLDS, smallest_unit
 from ..trajectories.extras import require
 from ..trajectories.files import Trajectory
 from ..validation import finite_rows

@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats
-from ..distance import tas_distance, too_few
 from ..metrics import SCORES, metric
 from ..pose import PASResult, pas
 from ..registration import Registration
 from ..registration import pcr99 as pcr99_of_all
-from ..rotation import RASResult
 from ..similarity import Similarity, least_squares_rmse
 from ..texts import printable, unique_names
+from ..thresholds import tas_distance, too_few
 from ..trajectories.files import FilePath, Trajectory
 from ..translation import tas
 from ..validation import AlignmentWarning, finite_rows
@@ -342,7 +341,13 @@ def _scores(matches: Matches, settings: Settings) -> PASResult:
     if matches.has_rotations:
         return result
     errors = np.full_like(result.ras.errors, np.nan)
-    ras = RASResult(errors=errors, thresholds=result.ras.thresholds, alignment=None)
+    ras = replace(
+        result.ras,
+        score=math.nan,
+        errors=errors,
+        cumulative_frequency=np.zeros_like(result.ras.cumulative_frequency),
+        alignment=None,
+    )
     return replace(result, score=math.nan, ras=ras)
 
 

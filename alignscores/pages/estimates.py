@@ -10,13 +10,12 @@ import numpy as np
 
 from ..arrays import Floats
 from ..comparison.tables import Cell, Table, as_html
-from ..distance import N_THRESHOLDS
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import collected_warnings
 from ..evaluation.time import breaks
 from ..histogram import AlignmentScore
-from ..profile import ScoreProfile, tas_profile
 from ..texts import printable
+from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
 from ..version import __version__
 from .charts import LEGEND, Axis, band, chart, curve, error_axis, flat, key, plot, upright
 from .document import data_element, document, packed, source

@@ -14,9 +14,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..aligner import Seed
 from ..arrays import Floats
 from ..averaging import nearest_rotations
+from ..registration import Seed
 from ..validation import check_positions, check_rotations, check_same_length
 
 __all__ = ["UNITS", "Family", "Metric", "Missing", "find", "split_names"]

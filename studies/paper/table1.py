@@ -8,7 +8,7 @@ import pandas as pd
 
 from experiments.config import Sweep
 from experiments.grid import cells
-from experiments.metrics import evaluate
+from experiments.metrics import evaluate_scenes
 from experiments.sweep import draw_scene, run_sweeps, trial_seeds
 from experiments.tables import TableError, Trials
 
@@ -144,17 +144,15 @@ def _mark(row: "pd.Series[str]") -> str:
 
 def _scale_changes(sweep: Sweep) -> dict[str, float]:
     """Largest relative change of each metric, over one trial a cell, in scaled ground truth."""
-    changes = dict.fromkeys(PAPER, 0.0)
-    for cell in cells(sweep):
-        scene_seed, registration_seed = trial_seeds(sweep, cell, 0)
-        scene = draw_scene(sweep, cell, scene_seed)
-        scaled = replace(scene, gt_positions=SCALE * scene.gt_positions)
-        before = evaluate(scene, list(PAPER), registration_seed)
-        after = evaluate(scaled, list(PAPER), registration_seed)
-        for metric, value in before.items():
-            change = abs(after[metric] - value)
-            changes[metric] = max(changes[metric], change / abs(value) if change else 0.0)
-    return changes
+    grid = cells(sweep)
+    scene_seeds, seeds = zip(*(trial_seeds(sweep, cell, 0) for cell in grid), strict=True)
+    scenes = [draw_scene(sweep, *drawn) for drawn in zip(grid, scene_seeds, strict=True)]
+    scaled = [replace(scene, gt_positions=SCALE * scene.gt_positions) for scene in scenes]
+    before, after = (evaluate_scenes(one, seeds, list(PAPER)) for one in (scenes, scaled))
+    changes = {metric: np.abs(after[metric] - values) for metric, values in before.items()}
+    for metric, change in changes.items():
+        np.divide(change, np.abs(before[metric]), out=change, where=change > 0)
+    return {metric: float(change.max()) for metric, change in changes.items()}
 
 
 def _run_added(sweep: Sweep) -> pd.DataFrame:

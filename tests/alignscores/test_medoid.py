@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from alignscores.averaging import rotation_angles, tlud_mean
-from alignscores.medoid import medoids
+from alignscores.medoid import medoid
 
 
 def sums_of_distances(rotations):
@@ -19,7 +19,7 @@ def sums_of_distances(rotations):
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 10_000),
-    n=st.one_of(st.integers(1, 60), st.integers(300, 3000)),
+    n=st.one_of(st.integers(1, 60), st.integers(300, 1500), st.integers(5001, 6000)),
     noise_deg=st.sampled_from([0.0, 1e-7, 1e-3, 0.1, 1.0, 5.0, 20.0, 180.0]),
     outliers=st.sampled_from([0.0, 0.1, 0.48, 0.9]),
     agree=st.booleans(),
@@ -36,7 +36,7 @@ def test_no_rotation_is_cheaper_than_the_medoid(seed, n, noise_deg, outliers, ag
     )
     rotations[:k] = others.as_matrix()[:k]
     sums = sums_of_distances(rotations)
-    assert sums[medoids(rotations[None])[0]] <= sums.min() + 1e-11 * n
+    assert sums[medoid(rotations)] <= sums.min() + 1e-11 * n
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -45,7 +45,7 @@ def test_the_medoid_where_one_in_twenty_agrees(seed):
     rotations = Rotation.random(2000, rng=rng).as_matrix()
     rotations[:100] = Rotation.from_rotvec(rng.normal(0, 0.15, (100, 3))).as_matrix()
     sums = sums_of_distances(rotations)
-    assert medoids(rotations[None])[0] == np.argmin(sums)
+    assert medoid(rotations) == np.argmin(sums)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-16])

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from alignscores import Trajectory, evaluate
 from alignscores.evaluation.evaluation import PLOT_MODES
-from alignscores.histogram import AlignmentScore
+from alignscores.histogram import cumulative_frequency, score_of
 from alignscores.plots import KINDS, figure_of, score_panel
 from alignscores.trajectories.files import read_tum
 
@@ -18,13 +18,13 @@ from .conftest import FILES
 
 @pytest.mark.parametrize("errors", [[0.0] * 37, [0.35, 0.5, 2.0], [np.inf] * 5])
 def test_the_shaded_share_of_the_box_is_the_score(errors):
-    result = AlignmentScore(np.array(errors), np.arange(1, 11) / 10)
-    axes = Figure().subplots()
-    frequency = result.cumulative_frequency
-    score_panel(axes, result.thresholds, frequency, len(errors), name="XAS", score=result.score)
+    thresholds = np.arange(1, 11) / 10
+    axes, score = Figure().subplots(), score_of(np.array(errors), thresholds)
+    frequency = cumulative_frequency(np.array(errors), thresholds)
+    score_panel(axes, thresholds, frequency, len(errors), name="XAS", score=score)
     values, edges, _ = axes.patches[0].get_data()
-    assert np.sum(values * np.diff(edges)) / len(errors) == pytest.approx(result.score)
-    assert axes.texts[0].get_text() == f"XAS = {result.score:.3f}"
+    assert np.sum(values * np.diff(edges)) / len(errors) == pytest.approx(score)
+    assert axes.texts[0].get_text() == f"XAS = {score:.3f}"
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import pas, pas_batch, tas
+from alignscores import AlignmentWarning, pas, tas
 from alignscores.protocols import vggt_auc
 
 
@@ -67,15 +67,10 @@ def test_tensors_of_torch(scenes, kind):
     torch = pytest.importorskip("torch")
     gt, est = (torch.tensor(world, dtype=getattr(torch, kind)) for world in scenes)
     est.requires_grad_()
-    result = pas_batch(gt, est)
-    expected = (
-        pas_batch(*(world.detach().double().numpy() for world in (gt, est)))
-        if (kind == "float64")
-        else pas_batch(*scenes)
-    )
     tolerance = {"float64": 0, "float32": 1e-3, "float16": 0.05, "bfloat16": 0.1}[kind]
-    np.testing.assert_allclose(result.score, expected.score, rtol=0, atol=tolerance)
-    assert pas(gt[1], est[1]).score == pas_batch(list(gt), list(est)).score[1] == result.score[1]
+    found = [pas(*scene).score for scene in zip(gt, est, strict=True)]
+    expected = [pas(*scene).score for scene in zip(*scenes, strict=True)]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance)
 
 
 @pytest.fixture
@@ -95,14 +90,14 @@ def test_the_metric_is_the_mean_over_all_batches(scenes, metric_of):
     metric.update(gt[:1], est[:1])
     metric.update(gt[1:], est[1:])
     found = {name: float(value) for name, value in metric.compute().items()}
-    expected = pas_batch(*scenes, registration="refined")
-    assert found["PAS"] == pytest.approx(expected.score.mean())
-    assert found["TAS"] == pytest.approx(expected.tas.score.mean())
-    assert found["RAS"] == pytest.approx(expected.ras.score.mean())
+    expected = [pas(*scene, registration="refined") for scene in zip(*scenes, strict=True)]
+    assert found["PAS"] == pytest.approx(np.mean([one.score for one in expected]))
+    assert found["TAS"] == pytest.approx(np.mean([one.tas.score for one in expected]))
+    assert found["RAS"] == pytest.approx(np.mean([one.ras.score for one in expected]))
     aucs = [vggt_auc(g, e, 30) for g, e in zip(*scenes, strict=True)]
     assert found["auc@30:vggt"] == pytest.approx(np.mean(aucs))
     metric.reset()
-    assert float(metric(gt[:1], est[:1])["PAS"]) == expected.score[0]
+    assert float(metric(gt[:1], est[:1])["PAS"]) == expected[0].score
 
 
 def test_the_mask_says_what_is_a_camera(scenes, metric_of):
@@ -116,6 +111,14 @@ def test_the_mask_says_what_is_a_camera(scenes, metric_of):
     sizes = 20, 7, 20
     expected = [pas(g[:n], e[:n]).score for g, e, n in zip(*scenes, sizes, strict=True)]
     assert float(metric.compute()["PAS"]) == pytest.approx(np.mean(expected))
+
+
+def test_a_scene_without_d_has_no_score(scenes, metric_of):
+    gt, est = scenes
+    metric = metric_of()
+    with pytest.warns(AlignmentWarning, match="at least 4 ground-truth cameras"):
+        metric.update([gt[0], gt[1][:3]], [est[0], est[1][:3]])
+    assert float(metric.compute()["PAS"]) == pas(gt[0], est[0], registration="refined").score
 
 
 def test_the_training_loop_on_the_page_learns(metric_of, capsys):

@@ -2,6 +2,7 @@
 
 import math
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentWarning, Similarity, closest_pair_quartile, tas, tas_distance
+from alignscores.trajectories.files import read_colmap
 
 both_registrations = pytest.mark.parametrize("registration", ["pcr99", "refined"])
 ignores_alignment = pytest.mark.filterwarnings("ignore::alignscores.AlignmentWarning")
@@ -59,6 +61,66 @@ def test_d_with_ties_and_duplicates(gt):
             closest_pair_quartile(gt)
     else:
         assert closest_pair_quartile(gt) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 1e-16, 1e-11])
+def test_a_d_of_rounding_is_refused(jitter):
+    """Six cameras in one place each, as of a cubemap: d is no spacing."""
+    places = np.repeat(np.random.default_rng(0).random((20, 3)), 6, axis=0)
+    gt = 100 * places + jitter * np.random.default_rng(1).normal(size=(120, 3))
+    for score in (closest_pair_quartile, lambda gt: tas(gt, gt)):
+        with pytest.raises(ValueError, match=r"coincide with another one; pass groups= .* or pass"):
+            score(gt)
+    spacing = closest_pair_quartile(100 * places[::6])
+    assert closest_pair_quartile(gt, groups=np.repeat(range(20), 6)) == pytest.approx(spacing)
+
+
+@given(seed=SEEDS, n=st.integers(4, 200), n_groups=st.integers(4, 80))
+def test_rows_of_one_group_are_one_camera(seed, n, n_groups):
+    """At their mean position, whatever the order of the rows and the kind of the labels."""
+    rng = np.random.default_rng(seed)
+    gt, groups = rng.random((n, 3)), rng.integers(n_groups, size=n)
+    groups[:4] = range(4)
+    expected = naive_d([gt[groups == group].mean(axis=0) for group in np.unique(groups)])
+    names = [f"frame {group}" for group in groups]
+    assert closest_pair_quartile(gt, groups=names) == pytest.approx(expected, rel=1e-12)
+    order = rng.permutation(n)
+    unit = tas(gt[order], gt[order], groups=groups[order]).unit
+    assert unit == pytest.approx(expected, rel=1e-12)
+    assert closest_pair_quartile(gt, groups=range(n)) == closest_pair_quartile(gt)
+
+
+@pytest.mark.parametrize(
+    ("groups", "message"),
+    [
+        (
+            [0, 1, 2],
+            r"groups must have a label for each of the 10 rows of gt_positions, not \(3,\)",
+        ),
+        (np.zeros((10, 1)), "groups must have a label for each"),
+        ([*range(9), np.nan], r"groups\[9\] is NaN"),
+        ([*range(9), None], "groups must be labels of one kind"),
+        (5 * ["a", "b"], "at least 4 ground-truth rig frames .* there are 2"),
+    ],
+)
+def test_wrong_groups(cloud, groups, message):
+    gt = cloud("cube", 10, 0)
+    with pytest.raises(ValueError, match=message):
+        tas(gt, gt, groups=groups)
+
+
+@pytest.mark.parametrize("rig", ["mono", "stereo_.12", "four_.05", "cubemap_0"])
+def test_d_of_camera_rigs_is_the_spacing_of_the_path(rig):
+    """One path and its errors with 1, 2, 4 and 6 cameras a position; images of one name belong."""
+    folder = Path(__file__).resolve().parents[3] / "shared" / "cases" / "46-camera-rigs" / rig
+    if not folder.is_dir():
+        pytest.skip(f"no camera rigs at {folder}")
+    gt, est = (read_colmap(folder / name) for name in ("ref", "est"))
+    assert list(gt.keys) == list(est.keys)
+    frames = [Path(name).name for name in gt.keys]
+    result = tas(*(one.poses[:, :3, 3] for one in (gt, est)), groups=frames, registration="refined")
+    assert result.unit == pytest.approx(1.06, abs=0.005)
+    assert result.score == pytest.approx(0.70, abs=0.015)
 
 
 @both_registrations

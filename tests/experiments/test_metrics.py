@@ -7,9 +7,10 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from alignscores import pas, ras, ras_profile, tas, tas_profile
+from alignscores.paper import literal_frames
 from alignscores.protocols import protocol
 from alignscores.registration import pcr99
-from baselines import ate, dre, dte, literal_frames, maa, rotation_statistics
+from baselines import ate, dre, dte, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.rotation import aligned_angles
 from experiments.command import ConfigError

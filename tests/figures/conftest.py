@@ -8,17 +8,8 @@ import pytest
 from experiments.config import load_sweep
 from experiments.sweep import run_sweeps
 from experiments.tables import Record, Trials
-from figures import histogram, maa_vs_pas, noise, style
-
-FIGURES = {  # of the paper, each with the experiments whose trials it shows
-    "histogram": ("combined",),
-    "outliers": ("outliers",),
-    "collinear": ("collinear",),
-    "trajectory_length": ("trajectory_length",),
-    "rotations": ("rotations",),
-    "combined": ("combined",),
-    "maa_vs_pas": ("maa_vs_pas_outliers", "maa_vs_pas_length", "maa_vs_pas_collinear"),
-}
+from figures import style
+from figures.paper import FIGURES
 
 
 @pytest.fixture(autouse=True)
@@ -48,9 +39,8 @@ def draw(run):
 
     @cache
     def draw_few(name, *overrides):
-        trials = [run(experiment, *overrides) for experiment in FIGURES[name]]
-        modules = {"histogram": histogram.draw, "maa_vs_pas": maa_vs_pas.draw}
-        figure = (modules.get(name) or getattr(noise, name))(*trials)
-        return figure
+        function, experiments = FIGURES[name]
+        trials = [run(experiment, *overrides) for experiment in experiments]
+        return function(*(one.sweep if name == "histogram" else one.table for one in trials))
 
     return draw_few

@@ -6,8 +6,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from figures import style
-
-from .conftest import FIGURES
+from figures.paper import FIGURES
 
 ON_A_PAGE = {"rotations", "combined", "maa_vs_pas"}  # the others in a column
 

@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from figures import histogram
+from figures.paper import histogram
 
 
 @pytest.mark.parametrize("seed", [0, 3])
 def test_it_is_that_of_the_trial_in_the_table(run, seed):
     cell = ["sigma_t=[0.03]", "sigma_r_deg=[3.0]"]
     trials = run("combined", *cell, f"seed={seed}")
-    figure = histogram.draw(trials)
+    figure = histogram(trials.sweep)
     for axes, (metric, largest) in zip(figure.axes, {"TAS": 1, "RAS": 10}.items(), strict=True):
         assert axes.get_xlim() == pytest.approx((0, largest))  # in units of d, in degrees
         score = trials.table[metric][0]

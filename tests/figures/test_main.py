@@ -2,13 +2,12 @@ import os
 import subprocess
 import sys
 
+import pandas as pd
 import pytest
 
 from experiments.tables import write_trials
-from figures import noise
+from figures import paper
 from figures.__main__ import main
-
-OUTLIERS = "figures.noise:outliers"
 
 
 @pytest.fixture(scope="module")
@@ -23,12 +22,13 @@ def table(run, tmp_path_factory):
 @pytest.mark.slow
 def test_it_writes_both_files_the_same_bytes_in_another_process(table, tmp_path, capsys):
     written = [tmp_path / "figures" / f"one.{extension}" for extension in ("pdf", "png")]
-    arguments = [OUTLIERS, str(table), "--output", *map(str, written)]
+    arguments = ["outliers", str(table), "--output", *map(str, written)]
     assert main(arguments) == 0
     assert capsys.readouterr().out.splitlines() == [str(path) for path in written]
     assert sorted((tmp_path / "figures").iterdir()) == written
     before = [path.read_bytes() for path in written]
-    assert all(noise.outliers.__doc__.encode() in content for content in before)  # their title
+    title = paper.outliers.__doc__.partition("\n")[0].encode()
+    assert all(title in content for content in before)
     code = (
         "import sys; from figures.__main__ import main\n"
         f"assert main({arguments!r}) == 0\n"
@@ -38,6 +38,35 @@ def test_it_writes_both_files_the_same_bytes_in_another_process(table, tmp_path,
         [sys.executable, "-c", code], check=True, env=os.environ | {"PYTHONHASHSEED": "7"}
     )
     assert [path.read_bytes() for path in written] == before
+
+
+def test_all_figures_of_the_paper_are_drawn_from_a_folder(run, tmp_path, capsys):
+    trials, figures = tmp_path / "trials", tmp_path / "figures"
+    for experiment in {name for _, names in paper.FIGURES.values() for name in names}:
+        one = run(experiment)
+        write_trials(trials / f"{experiment}.csv", one.table, one.record.sweeps)
+    assert main(["paper", str(trials), "--output", str(figures)]) == 0
+    expected = {figures / f"{name}.{end}" for name in paper.FIGURES for end in ("pdf", "png")}
+    assert set(figures.iterdir()) == expected
+    alone = tmp_path / "combined.png"
+    assert main(["combined", str(trials / "combined.csv"), "--output", str(alone)]) == 0
+    assert alone.read_bytes() == (figures / "combined.png").read_bytes()
+    capsys.readouterr()
+
+
+def test_any_table_is_drawn_next_to_it_and_nothing_is_replaced(table, tmp_path, capsys):
+    own = tmp_path / "own.csv"
+    pd.read_csv(table).query("n_outliers == 10").assign(mine=1.0).to_csv(own)  # with an index
+    assert main([str(own)]) == 0
+    assert capsys.readouterr().out.splitlines() == [str(tmp_path / "own.png")]
+    before = own.read_bytes(), (tmp_path / "own.png").read_bytes()
+    assert main([str(own)]) == 1
+    assert "own.png exists, and is not replaced; name a file" in capsys.readouterr().err
+    assert (own.read_bytes(), (tmp_path / "own.png").read_bytes()) == before
+    named = tmp_path / "other.pdf"
+    assert main([str(own), "--output", str(named)]) == 0
+    assert named.exists()
+    capsys.readouterr()
 
 
 def refused(capsys, tmp_path, *arguments):
@@ -52,20 +81,22 @@ def refused(capsys, tmp_path, *arguments):
 
 
 def test_what_draws_nothing_and_other_tables_are_refused(table, tmp_path, capsys):
-    for name in ("nope", "figures.noise:nope", "figures.nope:draw"):
-        assert refused(capsys, tmp_path, name) == f"{name} draws no figure"
-    found = refused(capsys, tmp_path, OUTLIERS, table, table)
-    assert found == f"{OUTLIERS} is not drawn from 2 tables"
+    for name in ("figures.paper:nope", "figures.nope:draw"):
+        assert refused(capsys, tmp_path, name, table) == f"{name} draws no figure"
+    found = refused(capsys, tmp_path, "outliers", table, table)
+    assert found == "outliers is not drawn from 2 tables"
+    assert refused(capsys, tmp_path, "nope", table).startswith("unknown figure nope; the paper's")
+    assert refused(capsys, tmp_path, "rotations", table) == f"{table} has no column Median-1"
 
 
-def test_a_table_at_fault_is_named_in_one_line_with_the_remedy(table, tmp_path, capsys):
-    lost = tmp_path / "tables" / "no.csv"
-    for draw in (OUTLIERS, "studies.beyond.figure:draw"):
-        found = refused(capsys, tmp_path, draw, lost)
-        assert found == f"{lost} does not exist; run: snakemake {lost}"
-    damaged = tmp_path / "outliers.csv"
-    damaged.with_suffix(".json").write_bytes(table.with_suffix(".json").read_bytes())
-    damaged.write_text(table.read_text().replace(",DTE,", ",XTE,"))
-    found = refused(capsys, tmp_path, OUTLIERS, damaged)
-    problem = "was changed, or outliers.json is not its record"
-    assert found == f"{damaged} {problem}; delete it and run: snakemake {damaged}"
+def test_a_table_at_fault_is_named_in_one_line_and_stays(table, tmp_path, capsys):
+    lost = tmp_path / "no.csv"
+    for draw in (["outliers"], ["studies.beyond.figure:draw"], []):
+        assert refused(capsys, tmp_path, *draw, lost) == f"{lost} does not exist"
+    other = tmp_path / "other.csv"
+    other.write_text("a,b\n1,2\n3,4,5\n")
+    assert refused(capsys, tmp_path, other).startswith(f"{other} cannot be read (")
+    assert other.exists()
+    assert main([str(table), "--output", str(table)]) == 1
+    assert "a figure is a .pdf or a .png" in capsys.readouterr().err
+    assert table.exists()

@@ -146,7 +146,7 @@ EDITS = [  # files of the project, with the jobs that an edit of them makes run 
         {},
     ),
     (("alignscores/plots.py",), DRAWN),  # which has what the histogram draws
-    (("figures/panels.py",), DRAWN),
+    (("figures/curves.py",), DRAWN),
     (("studies/beyond/findings.py",), ANALYSIS),
     (("studies/order.py",), ANALYSIS),
     (

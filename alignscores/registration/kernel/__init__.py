@@ -1,76 +1,30 @@
-"""The registration, compiled from the C files of this folder, called with NumPy's arrays."""
+"""The fast steps of the scores, compiled from the C files of this folder.
+
+Points of n cameras are arrays (3, n), C-contiguous, centred and scaled by `normalise`. Alignments
+are rows of 13 numbers: scale, rotation and translation from ground truth to estimate.
+"""
 
 import ctypes
-from collections.abc import Callable
-from ctypes import POINTER, c_bool, c_double, c_int, c_size_t, c_void_p
+from ctypes import c_bool, c_double, c_int, c_size_t, c_ssize_t, c_void_p
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Floats, Indices
-from ...similarity import ALIGNMENTS, check_alignment
-from ...validation import check_positive
+from ...arrays import Floats
+from ...similarity import ALIGNMENTS
 
 __all__ = [
-    "PRESCREEN",
-    "Aligned",
-    "Options",
-    "Scene",
-    "Seed",
-    "align_scenes",
+    "closest_distances",
+    "errors",
+    "medoid",
+    "normalise",
+    "pcr99",
+    "refine",
+    "refined_hypotheses",
 ]
 
-Seed = int | np.random.SeedSequence | np.random.Generator | None
-
-REGISTRATIONS = "pcr99", "refined", "user"  # in the order of kernel.h, as ALIGNMENTS
-PRESCREEN = 0.1  # of the paper
-SAMPLER = np.random.SeedSequence(0)  # of the samples of cameras
-
-NUMBERS = POINTER(c_double)
-UserRegistration = ctypes.CFUNCTYPE(
-    None, c_size_t, NUMBERS, NUMBERS, c_size_t, c_double, NUMBERS, POINTER(c_size_t)
-)
-
-
-class Options(ctypes.Structure):
-    """What is the same for all scenes, as in ``kernel.h``."""
-
-    _fields_ = (
-        ("registration", c_int),
-        ("alignment", c_int),
-        ("vertical", c_int),
-        ("n_hypotheses", c_size_t),
-        ("rank", c_size_t),
-        ("prescreen", c_double),
-        ("max_threshold", c_double),
-        ("user", UserRegistration),
-    )
-
-    def __init__(
-        self,
-        registration: str | Callable[..., None],
-        alignment: str,
-        n_hypotheses: int,
-        *,
-        up: str = "z",
-        rank: int = 0,
-        prescreen: float = PRESCREEN,
-    ) -> None:
-        check_positive(n_hypotheses, "n_hypotheses", integer=True)
-        check_alignment(alignment, up)
-        name, user = ("user", registration) if callable(registration) else (registration, 0)
-        super().__init__(
-            registration=REGISTRATIONS.index(name),
-            alignment=ALIGNMENTS.index(alignment),
-            vertical="xyz".index(up[-1]),
-            n_hypotheses=min(int(n_hypotheses), 2**40),
-            rank=rank,
-            prescreen=prescreen,
-            max_threshold=1.0,
-            user=UserRegistration(user),
-        )
+MAX_HYPOTHESES = 2**40  # more need more memory than there is
 
 
 def _load() -> ctypes.CDLL:
@@ -89,89 +43,176 @@ def _load() -> ctypes.CDLL:
 
 
 _LIBRARY = _load()
-_LIBRARY.align_scenes.argtypes = c_void_p, c_size_t, *9 * (c_void_p,)
-_LIBRARY.align_scenes.restype = c_bool
-_LIBRARY.new_scene.restype = c_void_p
-_LIBRARY.delete_scene.argtypes = (c_void_p,)
-_LIBRARY.delete_scene.restype = None
+_ARRAY = c_void_p
+_SCENE = c_size_t, _ARRAY, _ARRAY, c_int  # n, both points (3, n), alignment group
+_LIBRARY.closest_distances.argtypes = c_size_t, _ARRAY, _ARRAY
+_LIBRARY.closest_distances.restype = c_double
+_LIBRARY.normalise.argtypes = c_size_t, _ARRAY, _ARRAY, _ARRAY
+_LIBRARY.normalise.restype = c_bool
+_LIBRARY.pcr99.argtypes = (
+    c_size_t,
+    _ARRAY,
+    _ARRAY,
+    c_int,
+    c_size_t,
+    c_size_t,
+    c_double,
+    _ARRAY,
+    _ARRAY,
+)
+_LIBRARY.pcr99.restype = c_ssize_t
+_LIBRARY.max_hypotheses.argtypes = c_size_t, c_size_t
+_LIBRARY.max_hypotheses.restype = c_size_t
+_LIBRARY.refined_hypotheses.argtypes = *_SCENE, c_size_t, _ARRAY, _ARRAY
+_LIBRARY.refined_hypotheses.restype = c_ssize_t
+_LIBRARY.refine.argtypes = (
+    c_size_t,
+    _ARRAY,
+    _ARRAY,
+    c_int,
+    _ARRAY,
+    c_size_t,
+    c_bool,
+    c_double,
+    _ARRAY,
+)
+_LIBRARY.refine.restype = c_bool
+_LIBRARY.position_errors.argtypes = c_size_t, _ARRAY, _ARRAY, _ARRAY, c_double, _ARRAY
+_LIBRARY.position_errors.restype = None
+_LIBRARY.medoid.argtypes = c_size_t, _ARRAY, c_double
+_LIBRARY.medoid.restype = c_ssize_t
 _address_of = ctypes.pythonapi.PyCapsule_GetPointer
 _address_of.argtypes = ctypes.py_object, ctypes.c_char_p
 _address_of.restype = c_void_p
 
 
-class Scene:
-    """What the search of one scene goes on from at the next threshold."""
+def closest_distances(positions: Floats) -> tuple[Floats, float]:
+    """Return the distances of positions (n, 3) to the closest other one each, in some order.
 
-    def __init__(self) -> None:
-        self.address: int = _LIBRARY.new_scene()
-
-    def __del__(self) -> None:
-        _LIBRARY.delete_scene(self.address)
-
-
-class Aligned(NamedTuple):
-    """Alignments of scenes, and errors of all their cameras.
-
-    Attributes
-    ----------
-    rows : (B, 13) ndarray
-        Scale, rotation and translation from ground truth to estimate; NaN where there are none.
-    errors : (N,) ndarray
-        In ground-truth units; infinite for a camera that was not estimated or not aligned.
-    units : (B,) ndarray
-        Those that were given, or d; NaN where it does not exist.
-    n_hypotheses : (B,) ndarray of int
-        Number of hypotheses that each alignment was chosen from.
+    And the extent of the positions: the largest distance from the median along an axis.
     """
+    distances = np.empty(len(positions))
+    arrays = _address(positions), _address(distances)
+    extent: float = _LIBRARY.closest_distances(len(positions), *arrays)
+    _check_memory(extent >= 0)
+    return distances, extent
 
-    rows: Floats
-    errors: Floats
-    units: Floats
-    n_hypotheses: Indices
+
+def normalise(positions: Floats, unit: float = np.nan) -> tuple[Floats, Floats]:
+    """Return points (3, n) of positions (n, 3), and their frame: median (3,) and unit.
+
+    The unit, a power of two near the spread, can be given.
+    """
+    points, frame = np.empty((3, len(positions))), np.array([0.0, 0.0, 0.0, unit])
+    arrays = _address(positions), _address(frame), _address(points)
+    _check_memory(_LIBRARY.normalise(len(positions), *arrays))
+    return points, frame
 
 
-def align_scenes(
-    options: Options,
-    starts: Indices,
+def pcr99(
     gt: Floats,
     est: Floats,
-    rng: Seed,
-    units: Floats,
-    scene: Scene | None = None,
-) -> Aligned:
-    """Return alignments and errors of scenes; see ``scenes.c``.
+    alignment: str,
+    *,
+    rank: int,
+    n_hypotheses: int,
+    prescreen: float,
+    rng: np.random.Generator,
+) -> tuple[Floats, int]:
+    """Return the best alignment, NaN if there is none, and the number of hypotheses."""
+    best = np.full(13, np.nan)
+    count = _LIBRARY.pcr99(
+        gt.shape[1],
+        _address(gt),
+        _address(est),
+        ALIGNMENTS.index(alignment),
+        rank,
+        min(n_hypotheses, MAX_HYPOTHESES),
+        prescreen,
+        _bit_generator(rng),
+        _address(best),
+    )
+    _check_memory(count >= 0, f"for {n_hypotheses} hypotheses")
+    return best, count
 
-    Scene s has the rows from ``starts[s]`` to ``starts[s + 1]`` of ``gt`` and ``est``, (N, 3) and
-    contiguous. Each is registered with the same seed; a Generator goes on from scene to scene. A
-    single scene may go on from the call before.
-    """
-    n = len(units)
-    first = generator(rng)
-    again: Any = rng if isinstance(rng, np.random.Generator) else first.bit_generator.seed_seq
-    generators = [first, *(np.random.default_rng(again) for _ in range(n - 1))]
-    if options.registration == REGISTRATIONS.index("refined"):
-        generators += [np.random.default_rng(SAMPLER) for _ in range(n)]
-    random = [_address_of(one.bit_generator.capsule, b"BitGenerator") for one in generators]
-    rows, errors = np.full((n, 13), np.nan), np.full(len(gt), np.inf)
-    aligned = Aligned(rows, errors, units.copy(), np.zeros(n, np.intp))
-    start, truth, estimate, *results = (array.ctypes.data for array in (starts, gt, est, *aligned))
-    if not _LIBRARY.align_scenes(
-        ctypes.byref(options),
+
+def refined_hypotheses(
+    gt: Floats, est: Floats, alignment: str, *, n_hypotheses: int, rng: np.random.Generator
+) -> Floats:
+    """Return the hypotheses (H, 13) that `refine` begins with."""
+    n, n_wanted = gt.shape[1], min(n_hypotheses, MAX_HYPOTHESES)
+    rows = np.empty((_LIBRARY.max_hypotheses(n, n_wanted), 13))
+    count = _LIBRARY.refined_hypotheses(
         n,
-        start,
-        truth,
-        estimate,
-        (c_void_p * len(random))(*random),
-        scene and scene.address,
-        *results,
-    ):
-        raise MemoryError(f"there is no memory for {options.n_hypotheses} hypotheses")
-    return aligned
+        _address(gt),
+        _address(est),
+        ALIGNMENTS.index(alignment),
+        n_wanted,
+        _bit_generator(rng),
+        _address(rows),
+    )
+    _check_memory(count >= 0, f"for {n_hypotheses} hypotheses")
+    return rows[:count]
 
 
-def generator(rng: Seed) -> np.random.Generator:
-    """Return the Generator itself, or one of a seed."""
-    try:
-        return np.random.default_rng(rng)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
+def refine(
+    gt: Floats,
+    est: Floats,
+    alignment: str,
+    hypotheses: Floats,
+    *,
+    threshold: float,
+    best: Floats,
+    is_first_of_several: bool,
+) -> None:
+    """Write the best alignment for a largest threshold to `best`, which is a start if it is one.
+
+    The points are in random order; the hypotheses are those of the points in any order.
+    """
+    _check_memory(
+        _LIBRARY.refine(
+            gt.shape[1],
+            _address(gt),
+            _address(est),
+            ALIGNMENTS.index(alignment),
+            _address(hypotheses),
+            len(hypotheses),
+            is_first_of_several,
+            threshold,
+            _address(best),
+        )
+    )
+
+
+def errors(gt: Floats, est: Floats, alignment: Floats, *, unit: float) -> Floats:
+    """Return the errors (n,) of points under an alignment (13,); the unit is the ground truth's."""
+    errors = np.empty(gt.shape[1])
+    arrays = _address(gt), _address(est), _address(alignment)
+    _LIBRARY.position_errors(len(errors), *arrays, unit, _address(errors))
+    return errors
+
+
+def medoid(rotations: Floats, threshold: float) -> int:
+    """Return the row of the rotation (n, 3, 3) with the least sum of truncated distances."""
+    row: int = _LIBRARY.medoid(len(rotations), _address(rotations), threshold)
+    _check_memory(row >= 0)
+    return row
+
+
+def _address(array: Floats) -> int:
+    """Return where an array begins: as ``array.ctypes.data`` does, in a quarter of the time."""
+    if array.size and array.flags.writeable:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
+    address: int = array.ctypes.data
+    return address
+
+
+def _bit_generator(rng: np.random.Generator) -> int:
+    """Return the address of the generator's random bits."""
+    address: int = _address_of(rng.bit_generator.capsule, b"BitGenerator")
+    return address
+
+
+def _check_memory(done: bool, purpose: str = "") -> None:
+    if not done:
+        raise MemoryError(f"not enough memory {purpose}".rstrip())

@@ -1,6 +1,9 @@
-/* What the files of the kernel share: vectors, similarities, options, and what each file offers.
+/* What the files of the kernel share: vectors, similarities, and what each file offers the others.
 
-   Positions are stored component first, (3, n). NaN and infinity fail every comparison, so triplets
+   What Python calls is EXPORTED: closest_distances, normalise, pcr99, refined_hypotheses and refine,
+   position_errors, medoid. Each allocates its memory first, and says so if there is none.
+
+   Points are stored component first, (3, n). NaN and infinity fail every comparison, so triplets
    and hypotheses with such numbers never win. */
 
 #ifndef KERNEL_H
@@ -8,7 +11,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -48,7 +50,7 @@ typedef struct {
     vector translation;
 } similarity;
 
-/* The same cameras in both worlds. */
+/* The same cameras in both frames. */
 typedef struct {
     size_t n, stride;
     const double *gt, *est; /* (3, stride), of which the first n columns are used */
@@ -60,22 +62,8 @@ typedef struct {
     double spread;                           /* of the estimate */
 } moments;
 
-/* In the order of Python's names. */
-enum { SIMILARITY, RIGID, YAW, NONE };
-enum { PCR99, REFINED, USER };
-
-/* A registration in Python, of normalised positions; the alignment stays NaN where there is none. */
-typedef void user_registration(size_t n, const double *gt, const double *est, size_t rank,
-                               double threshold, similarity *alignment, size_t *n_used);
-
-typedef struct {
-    int registration, alignment;
-    int vertical; /* axis of yaw, 0 to 2 */
-    size_t n_hypotheses, rank; /* m of PCR-99; that of the paper if it is 0 */
-    double prescreen;     /* largest difference of log edge ratios in a triplet */
-    double max_threshold; /* in units */
-    user_registration *user;
-} options;
+/* Alignment groups, in the order of Python's names; "none" never gets here. */
+enum { SIMILARITY, RIGID, YAW };
 
 /* The beginning of NumPy's bitgen_t. */
 typedef struct {
@@ -89,15 +77,13 @@ typedef struct {
 } triplet;
 
 /* memory.c */
-typedef struct block block;
-typedef struct {
-    block *last;
-    jmp_buf no_memory;
-} pool;
-void *allocate(pool *memory, size_t count, size_t size);
-void release(pool *memory);
+void *allocate(size_t count, size_t size); /* NULL without memory */
 double nth_smallest(double *values, size_t n, size_t rank); /* reorders them; ranks begin at 0 */
-void split_positions(double *const position[3], ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle);
+void split_rows(double *const rows[3], ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle);
+
+/* frames.c */
+bool robust_frame(size_t n, const double *rows, double frame[4]);
+void to_frame(size_t n, const double *rows, const double frame[4], double *points);
 
 /* similarity.c */
 void squared_errors(const cameras *c, const similarity *s, double *squares);
@@ -109,30 +95,9 @@ bool fit_moments(const moments *sums, int alignment, similarity *fit);
 /* triplets.c */
 size_t n_triplets(size_t n);
 size_t max_prescreened(size_t n, size_t n_wanted);
-size_t prescreened_triplets(pool *memory, const cameras *c, const options *o, bitgen *random,
-                            triplet *triplets);
+ptrdiff_t prescreened_triplets(const cameras *c, size_t n_wanted, double prescreen, bitgen *random,
+                               triplet *triplets);
 void all_triplets(const cameras *c, triplet *triplets);
-void permute(bitgen *random, size_t n, uint32_t *order);
-
-/* pcr99.c */
-size_t pcr99(pool *memory, const cameras *c, const options *o, size_t rank, bitgen *random,
-             similarity *alignment);
-
-/* refined.c: the search of a scene, at one or several thresholds */
-typedef struct {
-    bool many_thresholds;
-    cameras shuffled;
-    similarity *hypotheses;
-    size_t n_hypotheses;
-    double *squares; /* (n,), overwritten */
-    similarity best; /* at the threshold before; its scale is NaN if there is none */
-} search;
-void begin_search(pool *memory, const cameras *c, const options *o, bitgen *random,
-                  bitgen *sampler, search *all);
-void refined(search *all, const options *o, double threshold);
-
-/* neighbours.c */
-void closest_distances(pool *memory, size_t n, const double *positions, double *distances);
 
 static inline vector point(const double *points, size_t stride, size_t i)
 {

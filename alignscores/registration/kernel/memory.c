@@ -1,32 +1,10 @@
-/* Memory that is freed at once, and selection. */
+/* Memory, and selection. */
 
 #include "kernel.h"
 
-struct block {
-    block *before;
-    max_align_t start[];
-};
-
-/* Memory until the pool is released; without it the call ends where `no_memory` was set. */
-void *allocate(pool *memory, size_t count, size_t size)
+void *allocate(size_t count, size_t size)
 {
-    block *allocated = NULL;
-    if (count < (SIZE_MAX / 2 - sizeof(block)) / size)
-        allocated = malloc(sizeof(block) + count * size);
-    if (allocated == NULL)
-        longjmp(memory->no_memory, 1);
-    allocated->before = memory->last;
-    memory->last = allocated;
-    return allocated->start;
-}
-
-void release(pool *memory)
-{
-    while (memory->last) {
-        block *before = memory->last->before;
-        free(memory->last);
-        memory->last = before;
-    }
+    return count < SIZE_MAX / 2 / size ? malloc(larger(count, 1) * size) : NULL;
 }
 
 /* Reorder rows of numbers so that the one of rank k in the first row is where it is in order, and none
@@ -65,7 +43,8 @@ double nth_smallest(double *values, size_t n, size_t rank)
     return values[rank];
 }
 
-void split_positions(double *const position[3], ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle)
+/* Reorder the columns of three rows from `low` to `high` by the first row, halved at `middle`. */
+void split_rows(double *const rows[3], ptrdiff_t low, ptrdiff_t high, ptrdiff_t middle)
 {
-    find(position, 3, low, high - 1, middle);
+    find(rows, 3, low, high - 1, middle);
 }

@@ -39,7 +39,7 @@ static void build(tree *t, ptrdiff_t low, ptrdiff_t high)
     int axis = widest(t, low, high);
     double *const rows[3] = {t->position[axis], t->position[(axis + 1) % 3],
                              t->position[(axis + 2) % 3]};
-    split_positions(rows, low, high, middle);
+    split_rows(rows, low, high, middle);
     t->axes[middle] = axis;
     t->splits[middle] = rows[0][middle];
     build(t, low, middle);
@@ -77,14 +77,29 @@ static double closest(const tree *t, ptrdiff_t low, ptrdiff_t high, ptrdiff_t se
     return off * off < least ? closest(t, low, middle, self, least) : least;
 }
 
-/* The distances of normalised positions (3, n) to the closest other one each, in some order. */
-void closest_distances(pool *memory, size_t n, const double *positions, double *distances)
+/* The distances of positions, rows of coordinates, to the closest other one each, in some order. Return
+   the largest distance from the median along an axis; -1 without memory. */
+EXPORTED
+double closest_distances(size_t n, const double *rows, double *distances)
 {
-    double *copy = allocate(memory, n, 3 * sizeof *copy);
-    tree t = {{copy, copy + n, copy + 2 * n}, allocate(memory, n, sizeof *t.axes),
-              allocate(memory, n, sizeof *t.splits)};
-    memcpy(copy, positions, 3 * n * sizeof *copy);
-    build(&t, 0, (ptrdiff_t)n);
-    for (ptrdiff_t i = 0; i < (ptrdiff_t)n; i++)
-        distances[i] = sqrt(closest(&t, 0, (ptrdiff_t)n, i, INFINITY));
+    double frame[4] = {0, 0, 0, 1}, largest = 0;
+    int exponent = 1;
+    double *copy = allocate(n, 4 * sizeof *copy);
+    int *axes = allocate(n, sizeof *axes);
+    bool done = copy && axes && robust_frame(n, rows, frame);
+    if (done) {
+        tree t = {{copy, copy + n, copy + 2 * n}, axes, copy + 3 * n};
+        for (size_t i = 0; i < 3 * n; i++)
+            largest = fmax(largest, fabs(rows[i] - frame[i % 3]));
+        if (0 < largest && largest < INFINITY) /* in a unit of the extent: no square overflows */
+            frexp(largest, &exponent);
+        frame[3] = ldexp(1, exponent - 1);
+        to_frame(n, rows, frame, copy);
+        build(&t, 0, (ptrdiff_t)n);
+        for (ptrdiff_t i = 0; i < (ptrdiff_t)n; i++)
+            distances[i] = frame[3] * sqrt(closest(&t, 0, (ptrdiff_t)n, i, INFINITY));
+    }
+    free(copy);
+    free(axes);
+    return done ? largest : -1;
 }

@@ -94,34 +94,43 @@ static void to_single(const double *points, size_t n, size_t stride, float *sing
             singles[k * stride + i] = i < n ? (float)points[k * n + i] : NAN;
 }
 
-/* A flat triangle says nothing about the spin around its line, so it must beat all others by more
+/* Register points of both frames, (3, n), by an alignment of the group: the best one, of `rank` as m.
+   Return the number of hypotheses, 0 if there is no alignment, -1 without memory.
+
+   A flat triangle says nothing about the spin around its line, so it must beat all others by more
    than a margin of rounding: on a partly straight path many similarities fit m cameras exactly. */
-size_t pcr99(pool *memory, const cameras *c, const options *o, size_t rank, bitgen *random,
-             similarity *alignment)
+EXPORTED
+ptrdiff_t pcr99(size_t n, const double *gt, const double *est, int alignment, size_t rank,
+                size_t n_hypotheses, double prescreen, bitgen *random, similarity *best)
 {
-    size_t n_max = max_prescreened(c->n, o->n_hypotheses), stride = c->n + (-c->n & (PADDING - 1));
-    triplet *triplets = allocate(memory, n_max, sizeof *triplets);
-    similarity *fits = allocate(memory, n_max, sizeof *fits);
-    double *is_free = allocate(memory, n_max, sizeof *is_free);
-    float *gt = allocate(memory, 3 * stride, sizeof *gt);
-    float *est = allocate(memory, 3 * stride, sizeof *est);
-    double square = 0;
-    for (size_t i = 0; i < c->n; i++)
-        square = fmax(square, dot(point(c->gt, c->n, i), point(c->gt, c->n, i)));
-    const cloud all = {c, gt, est, stride, sqrt(square),
-                       allocate(memory, c->n, sizeof *all.errors)};
-    size_t count = prescreened_triplets(memory, c, o, random, triplets);
-    if (count == 0)
-        return 0;
-    to_single(c->gt, c->n, stride, gt);
-    to_single(c->est, c->n, stride, est);
-    const similarity *best = fits;
-    double cost = INFINITY;
-    fit_triplets(c, triplets, count, o->alignment, fits, is_free);
-    find_cheapest(&all, fits, count, is_free, false, rank, &cost, &best);
-    cost -= fmin(MARGIN * square, DBL_MAX);
-    if (cost > 0)
-        find_cheapest(&all, fits, count, is_free, true, rank, &cost, &best);
-    *alignment = *best;
+    const cameras c = {n, n, gt, est};
+    size_t n_max = max_prescreened(n, n_hypotheses), stride = n + (-n & (PADDING - 1));
+    triplet *triplets = allocate(n_max, sizeof *triplets);
+    similarity *fits = allocate(n_max, sizeof *fits);
+    double *is_free = allocate(n_max, sizeof *is_free), *errors = allocate(n, sizeof *errors);
+    float *singles = allocate(stride, 6 * sizeof *singles);
+    ptrdiff_t count = -1;
+    if (triplets && fits && is_free && errors && singles)
+        count = prescreened_triplets(&c, n_hypotheses, prescreen, random, triplets);
+    if (count > 0) {
+        double square = 0, cost = INFINITY;
+        for (size_t i = 0; i < n; i++)
+            square = fmax(square, dot(point(gt, n, i), point(gt, n, i)));
+        const cloud all = {&c, singles, singles + 3 * stride, stride, sqrt(square), errors};
+        const similarity *cheapest = fits;
+        to_single(gt, n, stride, singles);
+        to_single(est, n, stride, singles + 3 * stride);
+        fit_triplets(&c, triplets, (size_t)count, alignment, fits, is_free);
+        find_cheapest(&all, fits, (size_t)count, is_free, false, rank, &cost, &cheapest);
+        cost -= fmin(MARGIN * square, DBL_MAX);
+        if (cost > 0)
+            find_cheapest(&all, fits, (size_t)count, is_free, true, rank, &cost, &cheapest);
+        *best = *cheapest;
+    }
+    free(triplets);
+    free(fits);
+    free(is_free);
+    free(errors);
+    free(singles);
     return count;
 }

@@ -4,7 +4,8 @@
 
 #include "kernel.h"
 
-#define FARTHEST_SQUARABLE 1e100 /* squares of coordinates beyond may overflow */
+#define FARTHEST_SQUARABLE 1e100 /* thresholds beyond may overflow */
+#define PRESCREEN 0.1      /* of the paper */
 #define N_STARTS 64        /* hypotheses that are refined; their number is halved in each step */
 #define SMALL_N 30         /* cameras up to which all triplets are tried */
 #define FEWEST 8           /* cameras up to which a fit to each subset is tried, too */
@@ -97,7 +98,7 @@ typedef struct {
    1 / sqrt(e^2 + r^2), 0 beyond the threshold, where its cost is lower; in exact arithmetic it is,
    where the cameras within the threshold determine the fit. After each step drop the more expensive
    half, but never the best `n_left`, until no step gains more than a cost. Return how many are left. */
-static size_t refine(const problem *p, similarity *rows, size_t count, size_t n_left,
+static size_t refine_starts(const problem *p, similarity *rows, size_t count, size_t n_left,
                      double least_gain)
 {
     start starts[MAX_STARTS];
@@ -170,19 +171,6 @@ static size_t fit_neighbourhoods(const problem *p, similarity *fits)
     return densest.count + 1;
 }
 
-/* The cameras in another order, none farther than can be squared. */
-static double *shuffled(pool *memory, const double *points, size_t n, const uint32_t *order)
-{
-    double *copy = allocate(memory, n, 3 * sizeof *copy);
-    for (size_t k = 0; k < 3; k++)
-        for (size_t i = 0; i < n; i++) {
-            double x = points[k * n + order[i]];
-            x = x < -FARTHEST_SQUARABLE ? -FARTHEST_SQUARABLE : x;
-            copy[k * n + i] = x > FARTHEST_SQUARABLE ? FARTHEST_SQUARABLE : x;
-        }
-    return copy;
-}
-
 /* The least-squares fits to all subsets of so few cameras, which a triplet may miss: without a
    scale two cameras determine nearly all. Return how many there are. */
 static size_t fit_subsets(const cameras *c, int alignment, similarity *fits)
@@ -210,61 +198,75 @@ static bool is_usable(const similarity *s)
     return s->scale > 0;
 }
 
-/* The hypotheses are those of PCR-99, of few cameras all triplets. */
-void begin_search(pool *memory, const cameras *c, const options *o, bitgen *random,
-                  bitgen *sampler, search *all)
+/* The largest number of hypotheses of n cameras. */
+EXPORTED
+size_t max_hypotheses(size_t n, size_t n_wanted)
 {
-    bool all_are_tried = c->n <= SMALL_N;
-    size_t count = all_are_tried ? n_triplets(c->n) : max_prescreened(c->n, o->n_hypotheses);
-    size_t n_subsets = c->n <= FEWEST ? (size_t)1 << c->n : 0;
-    uint32_t *order = allocate(memory, c->n, sizeof *order);
-    triplet *triplets = allocate(memory, count, sizeof *triplets);
-    double *is_free = allocate(memory, count, sizeof *is_free); /* which does not matter here */
-    similarity *rows = allocate(memory, count + n_subsets, sizeof *rows);
-    if (all_are_tried)
-        all_triplets(c, triplets);
-    else
-        count = prescreened_triplets(memory, c, o, random, triplets);
-    permute(sampler, c->n, order);
-    all->shuffled = (cameras){c->n, c->n, shuffled(memory, c->gt, c->n, order),
-                              shuffled(memory, c->est, c->n, order)};
-    all->squares = allocate(memory, c->n, sizeof *all->squares);
-    all->best.scale = NAN;
-    fit_triplets(c, triplets, count, o->alignment, rows, is_free);
-    if (n_subsets > 0)
-        count += fit_subsets(c, o->alignment, rows + count);
-    for (size_t h = 0; h < count; h++)
-        if (is_usable(&rows[h]))
-            rows[all->n_hypotheses++] = rows[h];
-    all->hypotheses = rows;
+    size_t n_subsets = n <= FEWEST ? (size_t)1 << n : 0;
+    return n_subsets + (n <= SMALL_N ? n_triplets(n) : max_prescreened(n, n_wanted));
 }
 
-/* Find the best alignment for a largest threshold; the one at the threshold before is a start. */
-void refined(search *all, const options *o, double threshold)
+/* The hypotheses for points of both frames, (3, n): those of PCR-99, of few cameras all triplets. Return
+   how many there are; -1 without memory. */
+EXPORTED
+ptrdiff_t refined_hypotheses(size_t n, const double *gt, const double *est, int alignment,
+                             size_t n_wanted, bitgen *random, similarity *fits)
 {
+    const cameras c = {n, n, gt, est};
+    size_t n_max = max_hypotheses(n, n_wanted), n_usable = 0;
+    triplet *triplets = allocate(n_max, sizeof *triplets);
+    double *is_free = allocate(n_max, sizeof *is_free); /* which does not matter here */
+    ptrdiff_t count = -1;
+    if (triplets && is_free && n <= SMALL_N) {
+        all_triplets(&c, triplets);
+        count = (ptrdiff_t)n_triplets(n);
+    } else if (triplets && is_free) {
+        count = prescreened_triplets(&c, n_wanted, PRESCREEN, random, triplets);
+    }
+    if (count >= 0) {
+        fit_triplets(&c, triplets, (size_t)count, alignment, fits, is_free);
+        if (n <= FEWEST)
+            count += (ptrdiff_t)fit_subsets(&c, alignment, fits + count);
+        for (ptrdiff_t h = 0; h < count; h++)
+            if (is_usable(&fits[h]))
+                fits[n_usable++] = fits[h];
+        count = (ptrdiff_t)n_usable;
+    }
+    free(triplets);
+    free(is_free);
+    return count;
+}
+
+/* Find the best alignment for a largest threshold, of points in random order that can be squared. The
+   best one at another threshold is a start, if its scale is a number. The first of several thresholds
+   only leads to the next. Return false without memory. */
+EXPORTED
+bool refine(size_t n, const double *gt, const double *est, int alignment,
+            const similarity *hypotheses, size_t count, bool is_first_of_several, double threshold,
+            similarity *best)
+{
+    double *squares = allocate(n, sizeof *squares);
+    if (squares == NULL)
+        return false;
     threshold = fmin(fmax(threshold, 1 / FARTHEST_SQUARABLE), FARTHEST_SQUARABLE);
-    const size_t n = all->shuffled.n;
-    const bool has_best = !isnan(all->best.scale);
     similarity chosen[4 * N_STARTS], starts[MAX_STARTS];
-    const problem p = {all->shuffled, threshold, RESOLUTION * threshold, o->alignment, all->squares};
-    problem small_sample = p, sample = p; /* the first cameras, as their order is random */
+    const problem p = {{n, n, gt, est}, threshold, RESOLUTION * threshold, alignment, squares};
+    problem small_sample = p, sample = p; /* the first cameras */
     small_sample.c.n = smaller(n, SMALL_SAMPLE);
     sample.c.n = smaller(n, SAMPLE);
-    const similarity *hypotheses = all->hypotheses;
-    size_t count = all->n_hypotheses;
     if (n > SMALL_SAMPLE) {
         count = choose(&small_sample, hypotheses, count, 4 * N_STARTS, chosen);
         hypotheses = chosen;
     }
-    /* The first of several thresholds only leads to the next. */
-    size_t n_starts = all->many_thresholds && !has_best ? N_FINALISTS : N_STARTS;
-    count = choose(&sample, hypotheses, count, n_starts, starts);
+    count = choose(&sample, hypotheses, count, is_first_of_several ? N_FINALISTS : N_STARTS, starts);
     count += fit_neighbourhoods(&sample, starts + count);
-    count = refine(&sample, starts, count, N_FINALISTS, INFINITY);
-    if (has_best)
-        starts[count++] = all->best;
+    count = refine_starts(&sample, starts, count, N_FINALISTS, INFINITY);
+    if (!isnan(best->scale))
+        starts[count++] = *best;
     double tolerance = n > SMALL_N ? TOLERANCE : FINE_TOLERANCE;
-    refine(&p, starts, count, 1, tolerance * threshold * (double)n);
+    refine_starts(&p, starts, count, 1, tolerance * threshold * (double)n);
     if (is_usable(starts))
-        all->best = starts[0];
+        *best = starts[0];
+    free(squares);
+    return true;
 }

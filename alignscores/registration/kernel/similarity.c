@@ -77,6 +77,16 @@ void squared_errors(const cameras *c, const similarity *s, double *squares)
     measure_errors(c->gt, c->est, c->stride, c->n, *s, squares);
 }
 
+/* Errors of normalised points (3, n), in units of the ground truth. */
+EXPORTED
+void position_errors(size_t n, const double *gt, const double *est, const similarity *s, double unit,
+                     double *errors)
+{
+    squared_errors(&(cameras){n, n, gt, est}, s, errors);
+    for (size_t i = 0; i < n; i++)
+        errors[i] = unit * sqrt(errors[i]);
+}
+
 INLINED triangle measured(const double *points, size_t n, triplet t)
 {
     vector a = point(points, n, t.i), b = point(points, n, t.j), c = point(points, n, t.k);
@@ -187,6 +197,8 @@ static matrix best_rotation(const vector m[3])
         last = dot(c[k], c[k]) <= dot(c[last], c[last]) ? k : last;
     }
     int middle = 3 - first - last;
+    if (first == last) /* of numbers that are none, as where all cameras coincide */
+        return identity;
     double largest = sqrt(dot(c[first], c[first]));
     axes a = {.first = v[first], .normal = v[middle]};
     axes b = {.first = over(c[first], largest), .normal = c[middle]};

@@ -18,24 +18,6 @@ static void draw_below(bitgen *random, size_t n, uint32_t *numbers, size_t count
     }
 }
 
-/* An order as Generator.permutation gives it. */
-void permute(bitgen *random, size_t n, uint32_t *order)
-{
-    for (size_t i = 0; i < n; i++)
-        order[i] = (uint32_t)i;
-    for (size_t i = n; i > 1; i--) {
-        size_t mask = 1, other;
-        while (mask < i - 1)
-            mask = 2 * mask + 1;
-        do
-            other = random->next_uint32(random->state) & mask;
-        while (other > i - 1);
-        uint32_t last = order[i - 1];
-        order[i - 1] = order[other];
-        order[other] = last;
-    }
-}
-
 size_t n_triplets(size_t n)
 {
     double product = (double)n * ((double)n - 1) * ((double)n - 2); /* 0 of fewer than 3 */
@@ -121,22 +103,28 @@ static size_t enumerate(const cameras *c, double factor, triplet *triplets)
 }
 
 /* Triplets whose log edge ratios differ pairwise by at most a threshold: all, where no more exist
-   than are wanted; else as many random ones, or those found in 1000 draws for each wanted one. */
-size_t prescreened_triplets(pool *memory, const cameras *c, const options *o, bitgen *random,
-                            triplet *triplets)
+   than are wanted; else as many random ones, or those found in 1000 draws for each wanted one. Return
+   how many there are; -1 without memory. */
+ptrdiff_t prescreened_triplets(const cameras *c, size_t n_wanted, double prescreen, bitgen *random,
+                               triplet *triplets)
 {
-    const size_t n_wanted = o->n_hypotheses;
-    const double factor = exp(2 * o->prescreen);
+    const double factor = exp(2 * prescreen);
     if (n_triplets(c->n) <= n_wanted)
-        return enumerate(c, factor, triplets);
+        return (ptrdiff_t)enumerate(c, factor, triplets);
     size_t count = 0, n_drawn = 0, batch = 2 * n_wanted, capacity = 0;
     uint32_t *drawn = NULL;
     uint64_t *marks = NULL;
-    while (count < n_wanted && n_drawn < DRAWS_PER_HYPOTHESIS * n_wanted) {
+    while (count < n_wanted && n_drawn / DRAWS_PER_HYPOTHESIS < n_wanted) {
         if (batch > capacity) {
+            free(drawn);
+            free(marks);
             capacity = batch;
-            drawn = allocate(memory, capacity, 3 * sizeof *drawn);
-            marks = allocate(memory, capacity, sizeof *marks);
+            drawn = allocate(capacity, 3 * sizeof *drawn);
+            marks = allocate(capacity, sizeof *marks);
+        }
+        if (drawn == NULL || marks == NULL) {
+            capacity = 0;
+            break;
         }
         draw_below(random, c->n, drawn, 3 * batch);
         mark_passing(c->gt, c->est, c->n, drawn, batch, factor, marks);
@@ -149,5 +137,7 @@ size_t prescreened_triplets(pool *memory, const cameras *c, const options *o, bi
         double more = 64 + floor(1.1 * missing * (double)n_drawn / passed);
         batch = more < MAX_AT_ONCE ? (size_t)more : MAX_AT_ONCE;
     }
-    return count;
+    free(drawn);
+    free(marks);
+    return capacity > 0 ? (ptrdiff_t)count : -1;
 }

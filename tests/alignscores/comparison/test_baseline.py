@@ -1,15 +1,9 @@
 """A comparison against a saved one, and conditions on which a build fails, by the command."""
 
 import json
-import os
-import re
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
-import yaml
 
 from studies.calibration import failing_gates
 
@@ -164,38 +158,3 @@ def test_other_settings_do_not_compare(gate):
 
 def test_gates_of_equal_runs_seldom_fail():
     assert failing_gates(200) <= 12
-
-
-def test_the_action_on_the_page(worsen, benchmark_of, run_compare, tmp_path):
-    """Green where nothing changed, red where a system is worse, with a summary of both."""
-    root = Path(__file__).parents[3]
-    page = (root / "docs/how-to/compare.md").read_text()
-    job = yaml.safe_load(re.search(r"# accuracy.yml\n(.*?)```", page, re.DOTALL)[1])
-    (inputs,) = (step["with"] for step in job["jobs"]["accuracy"]["steps"] if "with" in step)
-    patterns = benchmark_of(SYSTEMS, n=60)  # elsewhere than those on the page
-    inputs |= dict(zip(("format", "reference", "estimates"), patterns, strict=True))
-    (tmp_path / "saved.json").write_text(run_compare(*patterns, "--json")[1])
-    action = yaml.safe_load((root / "action.yml").read_text())
-    _, step = action["runs"]["steps"]  # the first installs
-    (tmp_path / "alignscores").mkdir()
-    (tmp_path / "alignscores/bin").symlink_to(Path(sys.executable).parent)
-
-    def ended():
-        summary = tmp_path / "summary.md"
-        environment = {"GITHUB_STEP_SUMMARY": str(summary), "RUNNER_TEMP": str(tmp_path)}
-        for name, value in step["env"].items():
-            key = re.fullmatch(r"\$\{\{ inputs\.(\w+) \}\}", value)[1]
-            environment[name] = inputs.get(key, action["inputs"][key].get("default"))
-        shell = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]]
-        done = subprocess.run(
-            shell, cwd=tmp_path, env=os.environ | environment, capture_output=True, text=True
-        )
-        return done.returncode, done.stderr, summary.read_text()
-
-    code, err, summary = ended()
-    assert (code, err, summary.count("not significant (p = ")) == (0, "", 2)
-    worsen(3)()
-    code, err, summary = ended()
-    assert (code, err.count("error: orb: PAS 0.8"), err.count(", worse (p = 0.005")) == (3, 2, 1)
-    assert summary.startswith("**Fails:** orb: PAS 0.8")
-    assert "| orb | 0.8" in summary
