@@ -25,6 +25,7 @@ STEP, MAX_STEPS = 0.05, 50_000  # seconds between offsets, and the most of them 
 N_MOTIONS, MIN_MOTIONS = 300, 20  # compared, evenly spread; fewer agree somewhere by chance
 BLOCKS = 10  # stretches of time, each left out for the standard error
 TINY = 0.005  # seconds; a smaller offset is none
+N_REFINED = 1000  # motions compared at the best offset
 OUTLIER = 3.0  # median disagreements
 MIN_GAIN = 1.5  # D0 / D of an offset that is certain
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
@@ -67,8 +68,9 @@ def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:
     first = first[est.stamps[second[first]] - est.stamps[first] <= LONGEST_SPAN]
     if len(first) < MIN_MOTIONS or len(ref.stamps) < MIN_MOTIONS:
         return None
+    all_first = first[np.linspace(0, len(first) - 1, min(N_REFINED, len(first))).astype(int)]
     first = first[np.linspace(0, len(first) - 1, min(N_MOTIONS, len(first))).astype(int)]
-    second = second[first]
+    all_second, second = second[all_first], second[first]
     starts, ends = est.stamps[first], est.stamps[second]
     motions = est.motions(est.points[first], est.points[second])
 
@@ -81,7 +83,7 @@ def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:
     others = np.append(offsets[: max(best - low, 0)], offsets[best + high + 1 :])
     apart = np.append(strength[: max(best - low, 0)], strength[best + high + 1 :])
     rival = float(np.max(apart, initial=0.0))
-    seconds, error, left = _refined(ref, est, first, second, float(offsets[best]), step)
+    seconds, error, left = _refined(ref, est, all_first, all_second, float(offsets[best]), step)
     moved = ref.start - est.start
     return Clock(
         seconds=moved + seconds,

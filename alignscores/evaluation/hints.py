@@ -402,9 +402,7 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
             for side, factor in ((REF, of_ref), (EST, of_est))
             if factor != 1
         }
-        said = " and ".join(
-            f"those of {files.name(side)} in {unit}" for side, unit in units.items()
-        )
+        said = " and ".join(f"{unit} in {files.name(side)}" for side, unit in units.items())
         columns = {side: f"t_{unit}" for side, unit in units.items()}
         option = _columns(state, files, {REF: ref, EST: est}, columns)
         steps = [np.median(np.diff(np.sort(one.keys))) for one in (reference, estimate)]

@@ -116,6 +116,10 @@ def check_scorable(
     share = 1 - matches.unmatched / max(n - matches.duplicate, 1)
     covered = matches.matched / len(matches.expected_rows)
     few = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    if few and matches.timed:  # poses may be closer together than frames, not than the reference
+        nearest, _ = nearest_stamps(reference.keys, estimate.keys[matches.pose_rows])
+        n_poses = len(np.unique(nearest))
+        few = n_poses < min(MIN_POSES, len(matches.expected_rows))
     if few or (share < MIN_SHARE and covered < MIN_SHARE):
         options = f"--missing {settings.missing}"
         if matches.timed:
@@ -187,8 +191,6 @@ def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) ->
     nearest_only, t_max_diff = settings.sync == "nearest", settings.t_max_diff
     gap = 0.0 if nearest_only else reference_gap(reference.keys, settings.frames_per_second)
     at_poses, has_reference = reference_at(reference, stamps, gap=gap, t_max_diff=t_max_diff)
-    if nearest_only:
-        has_reference &= _is_nearest(reference.keys, stamps)
     if not has_reference.any():
         raise _nothing_in_common(reference.keys, stamps, t_max_diff)
     est_rows, at_poses = all_rows[has_reference], at_poses[has_reference]
@@ -202,6 +204,8 @@ def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) ->
         raise _nothing_in_common(frames.keys, stamps, t_max_diff)
     covering = np.where(covered, est_rows[nearest], -1)
     within = _is_expected(estimate.keys[est_rows], settings)
+    if nearest_only and len(est_rows) > len(reference.keys):  # as evo: a pose a reference pose
+        within &= _is_nearest(reference.keys, estimate.keys[est_rows])
     return Matches(
         keys=frames.keys,
         gt_poses=np.where(covered[:, None, None], at_poses[nearest], frames.poses),

@@ -30,18 +30,66 @@ def case(monkeypatch):
 
 
 HINTS = [  # case, reference, estimate, what the hint says, settings that follow it, TAS, RAS
-    ("36-w2c-reference", "g_w2c.npz", "e_c2w.npz", "poses of g_w2c.npz", "--ref_invert")
-    + ({"ref_invert": True}, 0.877, 0.927),
-    ("36-w2c-reference", "a_w2c.npz", "a_e_w2c.npz", "both", "--ref_invert --est_invert")
-    + ({"ref_invert": True, "est_invert": True}, 0.877, 0.927),
-    ("21-w-first-no-header", "bus_outside.txt", "svin.txt", "quaternions of bus_outside.txt")
-    + ("--ref_columns 't x y z qw qx qy qz'", {"ref_columns": "t x y z qw qx qy qz"}, 0.752, 0.835),
-    ("29-both-shifted-to-zero", "j_gt.txt", "j_est.txt", "offset of 1.35", "--t_offset auto")
-    + ({"t_offset": "auto"}, 0.81, 0.92),
-    ("30-ms-since-start", "c_gt_ms.txt", "c_est_ms.txt", "ms in c_gt_ms.txt and ms in c_est_ms")
-    + ("--columns 't_ms x y z qx qy qz qw'", {"columns": "t_ms x y z qx qy qz qw"}, 0.745, 0.849),
-    ("15-replica-flip", "traj.txt", "est_rows.txt", "180 deg about x", "--body_rotation auto")
-    + ({"body_rotation": "auto"}, 0.855, 0.95),
+    (
+        "36-w2c-reference",
+        "g_w2c.npz",
+        "e_c2w.npz",
+        "poses of g_w2c.npz",
+        "--ref_invert",
+        {"ref_invert": True},
+        0.877,
+        0.927,
+    ),
+    (
+        "36-w2c-reference",
+        "a_w2c.npz",
+        "a_e_w2c.npz",
+        "both",
+        "--ref_invert --est_invert",
+        {"ref_invert": True, "est_invert": True},
+        0.877,
+        0.927,
+    ),
+    (
+        "21-w-first-no-header",
+        "bus_outside.txt",
+        "svin.txt",
+        "quaternions of bus_outside.txt",
+        "--ref_columns 't x y z qw qx qy qz'",
+        {"ref_columns": "t x y z qw qx qy qz"},
+        0.752,
+        0.835,
+    ),
+    (
+        "29-both-shifted-to-zero",
+        "j_gt.txt",
+        "j_est.txt",
+        "offset of 1.35",
+        "--t_offset auto",
+        {"t_offset": "auto"},
+        0.81,
+        0.92,
+    ),
+    (
+        "30-ms-since-start",
+        "c_gt_ms.txt",
+        "c_est_ms.txt",
+        "ms in c_gt_ms.txt and ms in c_est_ms",
+        "--columns 't_ms x y z qx qy qz qw'",
+        {"columns": "t_ms x y z qx qy qz qw"},
+        0.745,
+        0.849,
+    ),
+    (
+        "15-replica-flip",
+        "traj.txt",
+        "est_rows.txt",
+        "180 deg about x",
+        "--body_rotation auto",
+        {"body_rotation": "auto"},
+        0.855,
+        0.95,
+    ),
 ]
 
 
@@ -68,7 +116,7 @@ def test_a_hint_names_the_file_and_its_remedy_gives_the_right_scores(case, comma
         (
             "10-relative-poses",
             "gt_rel.txt relative.txt",
-            "rows of both gt_rel.txt and relative.txt",
+            "rows of both gt_rel.txt and relative",
         ),
         ("18-nine-poses-flipped", "traj_1.txt traj_2.txt", "under alignments 179 deg apart"),
     ],
@@ -145,7 +193,7 @@ def test_an_estimate_is_interpolated_at_the_stamps_of_a_sparse_reference():
     """Where it has no pose at these; evo would find nothing, or poses up to 0.05 s apart."""
     times = np.arange(1200) / 10
     poses = np.tile(np.eye(4), (1200, 1, 1))
-    poses[:, :3, 3] = np.transpose([60 * np.cos(times / 7), 60 * np.sin(times / 7), times / 3])
+    poses[:, :3, 3] = np.transpose([40 * np.cos(times / 4), 40 * np.sin(times / 4), times / 3])
     reference = Trajectory(times[::10], poses[::10])
     late = Trajectory(times[:-1] + 0.05, (poses[:-1] + poses[1:]) / 2)
     late.poses[:, :3, :3] = np.eye(3)
@@ -170,7 +218,7 @@ def disturbed(poses, rng):
     n, frame = len(poses), np.eye(4)
     frame[:3, :3], frame[:3, 3] = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
     noisy = poses.copy()
-    noise = Rotation.from_rotvec(rng.normal(0, 0.015, (n, 3))).as_matrix()
+    noise = Rotation.from_rotvec(rng.normal(0, 0.005, (n, 3))).as_matrix()
     noisy[:, :3, :3] = noise @ poses[:, :3, :3]
     noisy[:, :3, 3] += rng.normal(0, 0.03, (n, 3))
     return frame @ noisy

@@ -179,8 +179,8 @@ def check_that_fewer_poses_gain_nothing(truth, estimate):
 
 
 def check_that_a_pose_more_makes_no_jump(truth, estimate):
-    """From 4 to 40 poses, each added in the middle of the longest gap."""
-    rows, pas = np.linspace(0, len(estimate.keys) - 1, 4).astype(int).tolist(), []
+    """From 8 to 40 poses, each added in the middle of the longest gap."""
+    rows, pas = np.linspace(0, len(estimate.keys) - 1, 8).astype(int).tolist(), []
     while len(rows) < 40:
         longest = int(np.argmax(np.diff(estimate.keys[rows])))
         middle = estimate.keys[rows[longest : longest + 2]].mean()

@@ -112,7 +112,7 @@ def test_world_to_camera_poses_are_found(kind, frame):
         est = in_frame(est, FRAMES[frame])
     ((kind, text),) = found(gt, inverse_poses(est)).items()
     assert kind == "inverted"
-    assert ("the camera frame is rotated" in text) == (frame is not None)
+    assert ("the camera frame of the estimate is rotated" in text) == (frame is not None)
     now, corrected = map(float, re.search(r"\(PAS (.*) as it is, (.*) corrected\)", text).groups())
     assert corrected > 3 * now or corrected > now + 0.3
 
