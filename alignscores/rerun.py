@@ -11,8 +11,8 @@ import scipy
 
 from .arrays import Booleans, Floats
 from .evaluation.evaluation import LOST, Evaluation
+from .extras import require
 from .texts import printable
-from .trajectories.extras import require
 from .validation import finite_rows
 
 rr: Any = require("rerun", "rerun")

@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from .metrics import metric
+from .extras import require
+from .metrics import NoValueError, metric
 from .pose import pas
-from .protocols import NoValueError
 from .rotation import ras
-from .trajectories.extras import require
 from .translation import UndefinedUnitError
 from .validation import AlignmentWarning
 
@@ -30,7 +29,7 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
     ----------
     registration : {"refined", "pcr99"} or Registration
         See `tas`.
-    protocols : sequence of str
+    metrics : sequence of str
         Other projects' metrics, such as "auc@30:vggt", by the names of ``--metrics``.
     options : dict, optional
         Further arguments of `pas`, such as ``{"alignment": "rigid"}``.
@@ -46,7 +45,7 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
     --------
     >>> import torch  # doctest: +SKIP
     >>> from alignscores.torch import PoseAlignmentScore  # doctest: +SKIP
-    >>> score = PoseAlignmentScore(protocols=["auc@30:vggt"])  # doctest: +SKIP
+    >>> score = PoseAlignmentScore(metrics=["auc@30:vggt"])  # doctest: +SKIP
     >>> for gt_poses, est_poses in loader:  # doctest: +SKIP
     ...     score.update(gt_poses, est_poses)  # (B, n, 4, 4), camera-to-world
     >>> score.compute()["PAS"]  # doctest: +SKIP
@@ -61,14 +60,14 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         self,
         *,
         registration: Any = "refined",
-        protocols: Sequence[str] = (),
+        metrics: Sequence[str] = (),
         options: dict[str, Any] | None = None,
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
         self._options = {**(options or {}), "registration": registration}
-        self._protocols = {name: metric(name) for name in protocols}
-        self.names = ["PAS", "TAS", "RAS", *self._protocols]
+        self._metrics = [metric(name) for name in metrics]
+        self.names = ["PAS", "TAS", "RAS", *metrics]
         self.add_state("values", default=[], dist_reduce_fx="cat")
 
     def update(self, gt_poses: Any, est_poses: Any, mask: Any = None) -> None:
@@ -93,13 +92,13 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
         Returns
         -------
         dict of str to tensor
-            By name: PAS, TAS, RAS and the protocols.
+            By name: PAS, TAS, RAS and the metrics.
         """
         values = torchmetrics.utilities.dim_zero_cat(self.values).unbind(dim=1)
         return {name: one.nanmean() for name, one in zip(self.names, values, strict=True)}
 
     def _scored(self, gt: Any, est: Any, mask: Any) -> list[float]:
-        """Return PAS, TAS, RAS and the protocols of a scene; NaN where one has no value."""
+        """Return PAS, TAS, RAS and the metrics of a scene; NaN where one has no value."""
         gt, est = torch.as_tensor(gt), torch.as_tensor(est)
         cameras = ~torch.isnan(gt[:, :3]).flatten(1).all(dim=1) if mask is None else mask
         gt, est = gt[cameras], est[cameras]
@@ -110,11 +109,11 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
             warnings.warn(str(error), AlignmentWarning, stacklevel=3)
             scores = [np.nan, np.nan, ras(gt[:, :3, :3], est[:, :3, :3]).score]
         gt, est = (poses.detach().cpu().double().numpy() for poses in (gt, est))
-        return scores + [_value(family, gt, est) for family in self._protocols.values()]
+        return scores + [_value(entry, gt, est) for entry in self._metrics]
 
 
-def _value(family: Any, gt: Any, est: Any) -> float:
+def _value(entry: Any, gt: Any, est: Any) -> float:
     try:
-        return float(family(gt[:, :3, 3], gt[:, :3, :3], est[:, :3, 3], est[:, :3, :3], rng=0))
+        return float(entry(gt, est))
     except NoValueError:
         return np.nan

@@ -1,28 +1,31 @@
-"""Absolute trajectory error, ATE."""
+"""Absolute trajectory error, ATE, computed by evo (which is under the GPL)."""
 
 import numpy as np
+from evo.core.geometry import GeometryException, umeyama_alignment
 from numpy.typing import ArrayLike
 
 from alignscores.arrays import Floats
-from alignscores.similarity import FARTHEST_SUMMABLE, least_squares_rmse
-from alignscores.validation import check_positions, check_same_length
+from alignscores.similarity import FARTHEST_SQUARABLE, FARTHEST_SUMMABLE, least_squares_rmse
+from alignscores.validation import check_positions
+
+from .stacks import check_stacks, unstacked
 
 __all__ = ["ate"]
 
 
-def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
+def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float | Floats:
     """Absolute trajectory error: RMSE of the positions after the least-squares alignment.
 
     The estimate is rotated, shifted and scaled so that the RMSE is the smallest possible.
 
     Parameters
     ----------
-    gt_positions, est_positions : (n, 3) array_like
-        Finite camera centres, row i of both the same camera.
+    gt_positions, est_positions : (..., n, 3) array_like
+        Finite camera centres, row i of both the same camera; leading axes are scenes.
 
     Returns
     -------
-    float
+    float, or (...) ndarray of a stack of scenes
         The RMSE in ground-truth units.
 
     Raises
@@ -33,9 +36,12 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
 
     Notes
     -----
-    The value is that of ``evo_ape --align --correct_scale``, which refuses collinear cameras and an
-    estimate that is one point: there the alignment is not unique, but the RMSE is. An estimate that
-    is one point has the RMS distance of the ground truth from its centroid.
+    The alignment is evo's, and the value that of ``evo_ape --align --correct_scale``. evo refuses
+    collinear cameras on an axis of the frame, an estimate that is one point, and clouds whose
+    covariance is below 2e-16, since its test of the rank is absolute. The rotation is not unique
+    there, but the RMSE is: `alignscores.similarity.least_squares_rmse` computes it, as for
+    coordinates whose squares would overflow. An estimate that is one point has the RMS distance of
+    the ground truth from its centroid.
 
     References
     ----------
@@ -50,24 +56,38 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float:
     >>> ate(gt, [[0, 3, 0], [0, 3, 0], [0, 3, 0], [0, 3, 0]])
     1.118033988749895
     """
-    gt = check_positions(gt_positions, "gt_positions", complete=True)
-    est = check_positions(est_positions, "est_positions", complete=True)
-    check_same_length(gt, est, "gt_positions", "est_positions")
-    gt, unit = _normalise(gt)
-    est, _ = _normalise(est)
-    if unit == 0:
+    gt, est, lead = check_stacks(check_positions, gt_positions, est_positions, "positions")
+    return unstacked([_rmse(*scene) for scene in zip(gt, est, strict=True)], lead)
+
+
+def _rmse(gt: Floats, est: Floats) -> float:
+    gt, est = _from_first(gt), _from_first(est)
+    if not gt.any():
         raise ValueError("gt_positions has no extent: all its cameras coincide")
+    if max(np.abs(gt).max(), np.abs(est).max()) > FARTHEST_SQUARABLE:
+        return _rmse_of_any_cameras(gt, est)
     try:
-        return unit * least_squares_rmse(gt, est)
+        rotation, translation, scale = umeyama_alignment(est.T, gt.T, with_scale=True)
+    except GeometryException:
+        return _rmse_of_any_cameras(gt, est)
+    return _rms(gt - (scale * est @ rotation.T + translation))
+
+
+def _rmse_of_any_cameras(gt: Floats, est: Floats) -> float:
+    """Return the RMSE where evo does not align: on a line, in a point, tiny or huge."""
+    unit = float(np.abs(gt).max())
+    try:
+        return unit * least_squares_rmse(gt / unit, est)
     except ValueError:  # no scale helps: the best shrinks the estimate to the centroid
-        return unit * float(np.sqrt(np.einsum("ni,ni->", gt, gt) / len(gt)))
+        return unit * _rms(gt / unit - (gt / unit).mean(axis=0))
 
 
-def _normalise(positions: Floats) -> tuple[Floats, float]:
-    """Return a cloud shifted to zero mean and scaled to unit extent, and its extent."""
+def _from_first(positions: Floats) -> Floats:
+    """Return positions relative to the first: far-off frames lose no digits."""
     positions = np.clip(positions, -FARTHEST_SUMMABLE, FARTHEST_SUMMABLE)
-    # Relative to a camera first: far-off frames lose no digits, and coinciding cameras give zeros.
-    local = positions - positions[0]
-    local -= local.mean(axis=0)
-    extent = float(np.abs(local).max())
-    return (local / extent if extent > 0 else local), extent
+    return np.asarray(positions - positions[0])
+
+
+def _rms(offsets: Floats) -> float:
+    """Return the root mean square length of offsets (n, 3)."""
+    return float(np.sqrt(np.einsum("ni,ni->", offsets, offsets) / len(offsets)))

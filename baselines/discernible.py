@@ -6,15 +6,16 @@ from scipy.spatial.transform import Rotation
 
 from alignscores.arrays import Floats
 from alignscores.similarity import FARTHEST_SQUARABLE
-from alignscores.validation import check_poses, check_positive, check_same_length
+from alignscores.validation import check_poses, check_positive
 
 from .averages import geometric_medians, rotation_l1_means
 from .rotation import rotation_statistics
+from .stacks import check_stacks, unstacked
 
-__all__ = ["dre", "dte", "dte_of_stacks"]
+__all__ = ["dre", "dte"]
 
 
-def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
+def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float | Floats:
     """Discernible trajectory error: robustly aligned, winsorised position errors.
 
     The clouds are aligned by their geometric medians, the rotations of the cameras and the median
@@ -22,16 +23,16 @@ def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
 
     Parameters
     ----------
-    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+    gt_poses, est_poses : (..., n, 4, 4) or (..., n, 3, 4) array_like
         Finite camera-to-world poses, row i of both the same camera: the left 3 x 3 block holds the
-        camera's axes, the last column its centre.
+        camera's axes, the last column its centre. Leading axes are scenes.
     k : float
         Errors are cut at k times the median distance of the ground-truth cameras to their geometric
         median.
 
     Returns
     -------
-    float
+    float, or (...) ndarray of a stack of scenes
         Mean of the mean and the RMS of the errors relative to the cut, from 0 to 1, without unit.
 
     Raises
@@ -64,23 +65,9 @@ def dte(gt_poses: ArrayLike, est_poses: ArrayLike, *, k: float = 5.0) -> float:
     (0.0, 0.324)
     """
     check_positive(k, "k")
-    gt_rotations, gt_positions = check_poses(gt_poses, "gt_poses", complete=True)
-    est_rotations, est_positions = check_poses(est_poses, "est_poses", complete=True)
-    check_same_length(gt_rotations, est_rotations, "gt_poses", "est_poses")
-
-    frames = gt_positions, gt_rotations, est_positions, est_rotations
-    return float(dte_of_stacks(*(frame[None] for frame in frames), k=k)[0])
-
-
-def dte_of_stacks(
-    gt_positions: Floats,
-    gt_rotations: Floats,
-    est_positions: Floats,
-    est_rotations: Floats,
-    *,
-    k: float = 5.0,
-) -> Floats:
-    """Return `dte` of stacks of checked cameras, (G, n, 3) and (G, n, 3, 3)."""
+    (gt_rotations, gt_positions), (est_rotations, est_positions), lead = check_stacks(
+        check_poses, gt_poses, est_poses, "poses"
+    )
     gt, gt_spreads = _centre(gt_positions)
     est, est_spreads = _centre(est_positions)
     if (gt_spreads == 0).any():
@@ -97,20 +84,21 @@ def dte_of_stacks(
         limits = np.where(est.any(axis=2), np.inf, np.linalg.norm(gt, axis=2))
         errors = np.where(degenerate[:, None], limits, errors)
     shares = np.minimum(errors, cuts) / cuts
-    return np.asarray((shares.mean(axis=1) + np.sqrt((shares**2).mean(axis=1))) / 2)
+    return unstacked((shares.mean(axis=1) + np.sqrt((shares**2).mean(axis=1))) / 2, lead)
 
 
-def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation) -> float:
+def dre(gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation) -> float | Floats:
     """Discernible rotation error: angular errors after the geodesic L1 alignment.
 
     Parameters
     ----------
-    gt_rotations, est_rotations : (n, 3, 3) array_like or scipy Rotation
-        Camera-to-world rotations, row i of both the same camera: the columns are its axes.
+    gt_rotations, est_rotations : (..., n, 3, 3) array_like or scipy Rotation
+        Camera-to-world rotations, row i of both the same camera: the columns are its axes. Leading
+        axes are scenes.
 
     Returns
     -------
-    float
+    float, or (...) ndarray of a stack of scenes
         Mean of the mean and the RMS of the angular errors, in degrees.
 
     Raises

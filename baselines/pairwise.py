@@ -1,6 +1,5 @@
 """Mean average accuracy, mAA: the share of camera pairs whose relative pose is right."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,10 +9,13 @@ from scipy.spatial.transform import Rotation
 
 from alignscores.arrays import Floats
 from alignscores.histogram import equal_steps
+from alignscores.metrics.cameras import Cameras
 from alignscores.pairs import PairBlock, pair_blocks
-from alignscores.protocols.cameras import Cameras
+from alignscores.validation import check_poses
 
-__all__ = ["Count", "maa", "maa_by_counts"]
+from .stacks import check_stacks, unstacked
+
+__all__ = ["maa"]
 
 
 FINEST_STEP_DEG = 1e-3  # a cosine resolves angles down to about 1e-6 degrees
@@ -23,11 +25,11 @@ def maa(
     gt_poses: ArrayLike,
     est_poses: ArrayLike,
     *,
-    max_threshold_deg: float = 10.0,
-    n_thresholds: int = 100,
-    fold_sign: bool = False,
-    pooled: bool = False,
-) -> float:
+    max_threshold_deg: ArrayLike = 10.0,
+    n_thresholds: ArrayLike = 100,
+    fold_sign: ArrayLike = False,
+    pooled: ArrayLike = False,
+) -> float | Floats:
     """Mean average accuracy of the relative poses between all pairs of cameras.
 
     The error of a pair is the larger of two angles: between the true and the estimated relative
@@ -36,10 +38,10 @@ def maa(
 
     Parameters
     ----------
-    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
+    gt_poses, est_poses : (..., n, 4, 4) or (..., n, 3, 4) array_like
         Camera-to-world poses of at least 2 cameras, row i of both the same one: the left 3 x 3
         block holds its axes, the last column its centre. The pairs of an estimate that is not
-        finite fail.
+        finite fail. Leading axes are scenes.
     max_threshold_deg : float
         Largest error threshold in degrees, at most 180.
     n_thresholds : int
@@ -49,9 +51,11 @@ def maa(
     pooled : bool
         Count both angles of every pair instead of the larger one.
 
+    Each of these four options may be a list: several ways to count the same pairs, in one pass.
+
     Returns
     -------
-    float
+    float, or (...) ndarray of a stack of scenes, with a last axis for options that are lists
         Mean over the thresholds of the share of the n (n - 1) / 2 pairs (of their angles, if
         pooled) with an error below (not at) the threshold, from 0 to 1.
 
@@ -84,18 +88,26 @@ def maa(
     >>> maa(gt, gt), round(maa(gt, est), 3)
     (1.0, 0.333)
     """
-    count = Count(max_threshold_deg, n_thresholds, fold_sign, pooled)
-    return maa_by_counts(Cameras.check(gt_poses, est_poses), [count])[0]
+    ways = np.broadcast(*map(np.asarray, (max_threshold_deg, n_thresholds, fold_sign, pooled)))
+    counts = [_Count(*(option.item() for option in way)) for way in ways]
+    (gt_rotations, gt), (est_rotations, est), lead = check_stacks(
+        check_poses, gt_poses, est_poses, "poses", est_complete=False
+    )
+    areas = [
+        _areas(Cameras.of(*scene), counts)
+        for scene in zip(gt_rotations, gt, est_rotations, est, strict=True)
+    ]
+    return unstacked(np.reshape(areas, (-1, *ways.shape)), lead)
 
 
 @dataclass(frozen=True)
-class Count:
+class _Count:
     """How pairs are counted: the options of `maa`, with its errors."""
 
-    max_threshold_deg: float = 10.0
-    n_thresholds: int = 100
-    fold_sign: bool = False
-    pooled: bool = False
+    max_threshold_deg: float
+    n_thresholds: int
+    fold_sign: bool
+    pooled: bool
 
     def __post_init__(self) -> None:
         largest, finest = self.max_threshold_deg, self._degrees[0]
@@ -117,8 +129,8 @@ class Count:
         return np.radians(self._degrees)
 
 
-def maa_by_counts(cameras: Cameras, counts: Sequence[Count]) -> list[float]:
-    """Return what `maa` returns for each of several counts, in less time than one by one."""
+def _areas(cameras: Cameras, counts: list[_Count]) -> list[float]:
+    """Return the mAA of one scene, counted in several ways."""
     n_pairs = len(cameras) * (len(cameras) - 1) // 2
     if n_pairs == 0:
         raise ValueError("mAA needs at least 2 cameras, but gt_poses has 1")
@@ -146,7 +158,7 @@ def _cosines(block: PairBlock) -> tuple[Floats, Floats]:
     return block.dots / lengths, 2 * block.half_cosines() ** 2 - 1
 
 
-def _steps(count: Count, block: PairBlock, directions: Floats, turns: Floats) -> NDArray[np.int64]:
+def _steps(count: _Count, block: PairBlock, directions: Floats, turns: Floats) -> NDArray[np.int64]:
     """Count the pairs (if pooled, their angles) from each threshold but one up to the next."""
     directions = np.abs(directions) if count.fold_sign else directions
     last_cosine = np.cos(count.thresholds[-1])

@@ -6,26 +6,28 @@ from scipy.spatial.transform import Rotation
 
 from alignscores.arrays import Floats
 from alignscores.averaging import rotation_angles
-from alignscores.validation import check_rotations, check_same_length
+from alignscores.validation import check_rotations
 
 from .averages import rotation_l1_means, rotation_l2_means
+from .stacks import check_stacks, unstacked
 
-__all__ = ["aligned_angles", "rotation_statistics", "statistics_of_stacks"]
+__all__ = ["aligned_angles", "rotation_statistics"]
 
 
 def rotation_statistics(
     gt_rotations: ArrayLike | Rotation, est_rotations: ArrayLike | Rotation
-) -> dict[str, float]:
+) -> dict[str, float | Floats]:
     """Median, mean and RMS of the angular errors after the geodesic L1 and the L2 alignment.
 
     Parameters
     ----------
-    gt_rotations, est_rotations : (n, 3, 3) array_like or scipy Rotation
-        Camera-to-world rotations, row i of both the same camera: the columns are its axes.
+    gt_rotations, est_rotations : (..., n, 3, 3) array_like or scipy Rotation
+        Camera-to-world rotations, row i of both the same camera: the columns are its axes. Leading
+        axes are scenes.
 
     Returns
     -------
-    dict of str to float
+    dict of str to float, or to (...) ndarray of a stack of scenes
         "Median-1", "Mean-1" and "RMS-1" after the L1 alignment, "Median-2", "Mean-2" and "RMS-2"
         after the L2 alignment, in degrees.
 
@@ -49,14 +51,7 @@ def rotation_statistics(
     >>> {name: round(value, 3) for name, value in statistics.items()}
     {'Median-1': 0.0, 'Mean-1': 1.0, 'RMS-1': 2.0, 'Median-2': 1.0, 'Mean-2': 1.5, 'RMS-2': 1.732}
     """
-    gt = check_rotations(gt_rotations, "gt_rotations", complete=True)
-    est = check_rotations(est_rotations, "est_rotations", complete=True)
-    check_same_length(gt, est, "gt_rotations", "est_rotations")
-    return {name: float(one) for name, (one,) in statistics_of_stacks(gt[None], est[None]).items()}
-
-
-def statistics_of_stacks(gt: Floats, est: Floats) -> dict[str, Floats]:
-    """Return `rotation_statistics` of stacks of checked rotations (G, n, 3, 3)."""
+    gt, est, lead = check_stacks(check_rotations, gt_rotations, est_rotations, "rotations")
     between = gt @ est.swapaxes(2, 3)
     statistics = {}
     for norm, means in (("1", rotation_l1_means(between)), ("2", rotation_l2_means(between))):
@@ -64,7 +59,7 @@ def statistics_of_stacks(gt: Floats, est: Floats) -> dict[str, Floats]:
         statistics[f"Median-{norm}"] = np.median(errors, axis=1)
         statistics[f"Mean-{norm}"] = errors.mean(axis=1)
         statistics[f"RMS-{norm}"] = np.sqrt((errors**2).mean(axis=1))
-    return statistics
+    return {name: unstacked(values, lead) for name, values in statistics.items()}
 
 
 def aligned_angles(gt: Floats, est: Floats, alignments: Floats) -> Floats:

@@ -1,21 +1,25 @@
 """Compare results with the published ones: ``python -m experiments.check results``.
 
-``experiments/published`` has the means of each cell of the paper's experiments and the tables of
-the studies, to six digits. A table of trials must also fit its record: there any changed digit is
-noticed, in other tables one of the first five.
+``experiments/published`` has the settings of the paper's experiments, the means of each cell and
+the tables of the studies, to six digits. A table of trials must also fit its record: there any
+changed digit is noticed, in other tables one of the first five.
 """
 
+import json
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from pydantic import TypeAdapter
 
 from .command import CommandError, run_command
+from .config import Sweep, flat
 from .grid import CELL_SETTINGS
-from .tables import read_table, read_trials, to_csv, write_files
+from .tables import read_record, read_table, read_trials, to_csv, write_files
 
 __all__ = ["main"]
 
@@ -23,6 +27,7 @@ PUBLISHED = Path(__file__).with_name("published")
 DIGITS = 6
 TOLERANCE = 1e-5  # relative: the last digits of a trial depend on the processor
 SHOWN = 3  # differences of a table
+NOT_SET = ("changes", "selections")  # of a sweep: they are in no file of settings
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -40,18 +45,27 @@ def _work(options: Namespace) -> list[str]:
     names = ["trials/*.csv", "claims.csv", "tables/*.csv"]
     paths = [path for name in names for path in sorted(options.results.glob(name))]
     if options.publish:
-        tables = {PUBLISHED / p.relative_to(options.results): to_csv(_read(p)) for p in paths}
-        return [f"published {path}" for path in write_files(tables)]
+        files = {PUBLISHED / p.relative_to(options.results): to_csv(_read(p)) for p in paths}
+        for path in paths:
+            if path.parent.name == "trials":
+                published = PUBLISHED / path.relative_to(options.results).with_suffix(".json")
+                files[published] = (json.dumps(_settings(path), indent=2) + "\n").encode()
+        return [f"published {path}" for path in write_files(files)]
     published = [path.relative_to(PUBLISHED) for path in sorted(PUBLISHED.rglob("*.csv"))]
     present = [name for name in published if options.results / name in paths]
     if not present:
         raise CommandError(f"{options.results} has no published table; run: snakemake figures")
     differing = {}
     for name in present:
-        if differences := list(_differences(_read(options.results / name), PUBLISHED / name)):
-            differing[options.results / name] = differences
+        path = options.results / name
+        if name.parent.name == "trials" and (
+            others := list(_other_settings(path, PUBLISHED / name))
+        ):
+            differing[path] = f"other settings: {_list(others)}"
+        elif differences := list(_differences(_read(path), PUBLISHED / name)):
+            differing[path] = _list(differences)
     if differing:
-        texts = [f"{path} ({_list(differences)})" for path, differences in differing.items()]
+        texts = [f"{path} ({differences})" for path, differences in differing.items()]
         raise CommandError(f"not as published: {', '.join(texts)}")
     missing = [
         f"{options.results / name} does not exist" for name in published if name not in present
@@ -73,6 +87,27 @@ def _read(path: Path) -> pd.DataFrame:
     else:
         table = read_table(path)
     return table.map(lambda cell: float(f"{cell:.{DIGITS}g}") if isinstance(cell, float) else cell)
+
+
+def _settings(path: Path) -> dict[str, Any]:
+    """Return the settings of a table of trials, as they are published."""
+    (sweep,) = read_record(path).sweeps
+    settings = TypeAdapter(Sweep).dump_python(sweep)
+    return flat({key: value for key, value in settings.items() if key not in NOT_SET})
+
+
+def _other_settings(path: Path, published: Path) -> Iterator[str]:
+    """Yield the settings of a table of trials that differ from the published one's."""
+    if path.parent.name != "trials":
+        return
+    theirs = json.loads(published.with_suffix(".json").read_bytes())
+    for key, ours in _settings(path).items():
+        if key in theirs and ours != theirs[key]:
+            yield f"{key} {_write(ours)}, published {_write(theirs[key])}"
+
+
+def _write(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
 def _differences(table: pd.DataFrame, path: Path) -> Iterator[str]:

@@ -3,6 +3,7 @@
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
 from pydantic import ValidationError
@@ -10,7 +11,8 @@ from pydantic import ValidationError
 from alignscores.streams import discard_output
 from alignscores.texts import brief, printable
 
-__all__ = ["CommandError", "ConfigError", "problems", "run_command", "run_in_one_line"]
+__all__ = ["INTERRUPTED", "CommandError", "ConfigError", "problems", "run_command"]
+__all__ += ["run_in_one_line"]
 
 INTERRUPTED = 130  # exit code by custom: 128 + SIGINT
 
@@ -70,8 +72,8 @@ def run_command(
 def run_in_one_line(program: str, work: Callable[[], Iterable[object]]) -> int:
     """Do some work, print a line for each result, and return the exit code.
 
-    An error is one line on standard error: a `CommandError` ends with its exit code, an `OSError`
-    and too little memory with 1, an interruption with 130.
+    An error is one line on standard error: a `CommandError` ends with its exit code, an `OSError`,
+    too little memory and a process that ended with 1, an interruption with 130.
     """
     try:
         results = list(work())
@@ -86,10 +88,14 @@ def run_in_one_line(program: str, work: Callable[[], Iterable[object]]) -> int:
         return 0
     except CommandError as error:
         code, problem = error.exit_code, str(error)
+    except BlockingIOError as error:  # of the limit of processes
+        code, problem = 1, f"no further process can be started ({error.strerror}); set n_jobs=1"
     except OSError as error:
         code, problem = 1, str(error)
         if error.filename:
             problem = f"cannot write {error.filename}: {error.strerror}"
+    except BrokenProcessPool:  # by the system where memory is short, or by hand
+        code, problem = 1, "a process ended before its work was done; set n_jobs=1, or free memory"
     except MemoryError:
         code, problem = 1, "not enough memory; set n_jobs=1, or fewer cameras"
     except KeyboardInterrupt:

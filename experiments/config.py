@@ -1,5 +1,7 @@
 """Settings of a sweep: composed by Hydra from ``configs/``, then typed and checked in one place."""
 
+import json
+import os
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -19,21 +21,42 @@ from pydantic import (
 from pydantic.dataclasses import dataclass
 
 from alignscores.texts import brief
+from alignscores.writing import write_whole
 from alignscores.yaml_files import load_yaml
 
 from .command import ConfigError, problems
-from .metrics import MOST, Column, MetricOptions, Positive
+from .metrics import MOST, MetricOptions, Positive, metric
 from .scenes import ERRORS, OUTLIERS, PATHS
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
-__all__ = ["CONFIG_DIR", "EXECUTION", "Execution", "MetricName", "Selection", "Sweep"]
+__all__ = [
+    "CONFIG_DIR",
+    "EXECUTION",
+    "EXPERIMENTS",
+    "Execution",
+    "MetricName",
+    "Selection",
+    "Sweep",
+]
 __all__ += ["checked", "container", "experiment_names", "flat", "hydra_errors", "load"]
-__all__ += ["load_sweep", "one_of", "read_yaml", "register_defaults", "require", "split_override"]
-__all__ += ["to_overrides"]
+__all__ += ["load_sweep", "one_of", "read_yaml", "register_defaults", "require", "settings_file"]
+__all__ += ["split_override", "to_overrides"]
 
 CONFIG_DIR = Path(__file__).resolve().parent.parent / "configs"
+EXPERIMENTS = (
+    "outliers",  # section 6.1.1, figure 2
+    "collinear",  # 6.1.2, figure 3
+    "trajectory_length",  # 6.1.3, figure 4
+    "rotations",  # 6.2, figure 5
+    "combined",  # 6.3.1, figures 1 and 6
+    "maa_vs_pas_outliers",  # 6.3.2a, figure 7
+    "maa_vs_pas_length",  # 6.3.2b
+    "maa_vs_pas_collinear",  # 6.3.2c
+)
+"""The paper's experiments; other files in ``configs/experiment`` are the user's."""
+
 STRICT = ConfigDict(strict=True, extra="forbid")
 SHOWN = 3  # problems of a file: a key that is missing is often one that is misspelt
 
@@ -62,8 +85,13 @@ def _process_count(number: int) -> int:
     return number
 
 
+def _table(name: str) -> str:
+    require(name.endswith(".csv"), f"must end in .csv, not {brief(name)}")
+    return name
+
+
 def _metric(name: str) -> str:
-    Column.parse(name)
+    metric(name)
     return name
 
 
@@ -132,11 +160,10 @@ class Sweep(MetricOptions):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Execution:
-    """How sweeps are run and where results go: nothing that results depend on."""
+    """How a sweep is run and where its table goes: nothing that results depend on."""
 
     n_jobs: Annotated[int, Field(ge=-1), AfterValidator(_process_count)]
-    results_dir: Annotated[str, Field(min_length=1)]
-    table: Annotated[str, Field(pattern=r"^\w+(/\w+)*$")]
+    output: Annotated[str, AfterValidator(_table)] | None
 
 
 def require(condition: bool, problem: str) -> None:
@@ -247,6 +274,36 @@ def _hydra_value(value: Any) -> str:
     if isinstance(value, str) and not re.fullmatch(r"[\w.+-]+", value, re.ASCII):
         return "'{}'".format(value.replace("'", r"\'"))
     return "null" if value is None else str(value)
+
+
+def settings_file(results: Path, table: str, sweeps: Sequence[Sweep]) -> Path:
+    """Return the file of the settings that a table of trials should have, an input of its rule.
+
+    The file is written, and then newer than the table, where the table's record has other settings.
+    So the rule runs again whoever wrote the table, with or without a record by Snakemake.
+    """
+    path, record = results / "settings" / f"{table}.json", results / f"{table}.json"
+    wanted = json.loads(json.dumps(TypeAdapter(list[Sweep]).dump_python(list(sweeps))))
+    recorded, written = _sweeps(record), _sweeps(path)
+    content: dict[str, Any] = {"sweeps": wanted}
+    if recorded not in (None, wanted):  # Snakemake compares what is in the file, too
+        content["not_in"] = f"{record}, written at {record.stat().st_mtime_ns} ns"
+    elif written == wanted:
+        return path
+    text = json.dumps(content, indent=2) + "\n"
+    if not path.exists() or path.read_text("utf-8") != text:
+        write_whole(path, text.encode())
+        if recorded == wanted:
+            os.utime(path, (0, 0))
+    return path
+
+
+def _sweeps(path: Path) -> Any:
+    """Return the sweeps in a file of settings or a record; None where there are none."""
+    try:
+        return json.loads(path.read_bytes())["sweeps"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
 
 
 def split_override(override: str) -> tuple[str, str]:

@@ -1,15 +1,10 @@
 """Run one experiment: ``python -m experiments.run experiment=outliers [key=value ...]``.
 
-It writes ``results/trials/outliers.csv``, a row a trial, and the record of what it rests on.
-Settings are Hydra's overrides: ``--help`` lists them, ``--cfg job`` prints them as composed, and
-``--multirun`` runs each combination of ``key=value1,value2``, a table each in ``results/multirun``.
+It writes ``outputs/<date>/<time>/outliers.csv``, a row a trial, and the record of what it rests on;
+``output=FILE`` names another file. No file is ever replaced. Settings are Hydra's overrides:
+``--help`` lists them, ``--cfg job`` prints them as composed, and ``--multirun`` runs each
+combination of ``key=value1,value2``, a folder each in ``multirun/<date>/<time>/``.
 """
-
-import signal
-
-if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    # The system ends the process, at any moment; tables are renamed into place, whole.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import os
 import sys
@@ -20,7 +15,7 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import DictConfig
 
-from .command import ConfigError, run_in_one_line
+from .command import INTERRUPTED, CommandError, ConfigError, run_in_one_line
 from .config import CONFIG_DIR, checked, container, hydra_errors, register_defaults
 
 __all__ = ["main"]
@@ -37,13 +32,17 @@ def main(config: DictConfig) -> None:
 
 def _run(config: DictConfig) -> Path:
     from .sweep import run_sweeps
-    from .tables import write_trials
+    from .tables import refuse_to_replace, write_trials
 
     sweep, execution = checked(container(config))
     job = HydraConfig.get()
-    folder = execution.results_dir if job.mode == RunMode.RUN else job.runtime.output_dir
-    path = Path(folder) / "trials" / f"{execution.table}.csv"
-    path.parent.mkdir(parents=True, exist_ok=True)  # rather fail before the trials than after
+    if execution.output is None:
+        path = Path(os.path.relpath(job.runtime.output_dir)) / f"{sweep.name}.csv"
+    elif job.mode == RunMode.RUN:
+        path = Path(execution.output)
+    else:
+        raise ConfigError("setting 'output': names one file, and --multirun writes several")
+    refuse_to_replace(path)  # rather before the trials than after
     write_trials(path, run_sweeps([sweep], execution.n_jobs), [sweep])
     return path
 
@@ -53,5 +52,9 @@ if __name__ == "__main__":
     try:
         with hydra_errors(" ".join(sys.argv[1:])):
             main()
-    except ConfigError as error:
+    except CommandError as error:
         sys.exit(f"experiments.run: {error}")
+    except OSError as error:
+        sys.exit(f"experiments.run: cannot write {error.filename}: {error.strerror}")
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)

@@ -8,10 +8,9 @@ from zlib import crc32
 
 import numpy as np
 import pandas as pd
+from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
-
-from alignscores.parallel import run_parallel
 
 from .config import Sweep
 from .grid import KEY_COLUMNS, Cell, evaluations
@@ -69,11 +68,13 @@ def _use_one_blas_thread() -> None:
     threadpool_limits(1, user_api="blas")
 
 
-def run_cell(sweep: Sweep, cell: Cell, metrics: Sequence[str]) -> list[dict[str, Any]]:
-    """Run all trials of a cell."""
+def run_cell(
+    index: int, sweep: Sweep, cell: Cell, metrics: Sequence[str]
+) -> tuple[int, list[dict[str, Any]]]:
+    """Run all trials of a cell; return its index in the grid, and a row for each trial."""
     _use_one_blas_thread()
     batches = (range(sweep.trials)[i : i + BATCH] for i in range(0, sweep.trials, BATCH))
-    return [row for trials in batches for row in run_trials(sweep, cell, trials, metrics)]
+    return index, [row for trials in batches for row in run_trials(sweep, cell, trials, metrics)]
 
 
 def run_sweeps(sweeps: Sequence[Sweep], n_jobs: int = 1) -> pd.DataFrame:
@@ -97,9 +98,19 @@ def run_sweeps(sweeps: Sequence[Sweep], n_jobs: int = 1) -> pd.DataFrame:
 
 def _run_sweep(sweep: Sweep, n_jobs: int) -> pd.DataFrame:
     wanted = evaluations(sweep)
-    tasks = [(sweep, cell, metrics) for cell, metrics in wanted.items()]
-    cells = run_parallel(run_cell, tasks, n_jobs)
-    progress = tqdm(cells, total=len(tasks), desc=sweep.name, unit="cell", disable=None)
-    rows = [row for _, batch in sorted(progress, key=itemgetter(0)) for row in batch]
+    tasks = [
+        delayed(run_cell)(index, sweep, cell, metrics)
+        for index, (cell, metrics) in enumerate(wanted.items())
+    ]
+    done = _parallel(n_jobs)(tasks)
+    progress = tqdm(done, total=len(tasks), desc=sweep.name, unit="cell", disable=None)
+    rows = [row for _, cell_rows in sorted(progress, key=itemgetter(0)) for row in cell_rows]
     columns = dict.fromkeys(metric for metrics in wanted.values() for metric in metrics)
     return pd.DataFrame(rows, columns=[*KEY_COLUMNS, *columns])
+
+
+def _parallel(n_jobs: int) -> Any:
+    try:
+        return Parallel(n_jobs, return_as="generator_unordered")
+    except ValueError:  # a backend without generators, such as multiprocessing
+        return Parallel(n_jobs, return_as="list")

@@ -1,6 +1,7 @@
 """Tables of trials on disk: whole or not at all, each with the record of what it rests on."""
 
 import json
+import os
 import platform
 import subprocess
 from collections.abc import Mapping, Sequence
@@ -21,7 +22,7 @@ from .config import CONFIG_DIR, Sweep
 from .grid import evaluations
 
 __all__ = ["SWEEPS", "Record", "TableError", "Trials", "read_record", "read_table"]
-__all__ += ["read_trials", "to_csv", "write_files", "write_trials"]
+__all__ += ["read_trials", "refuse_to_replace", "to_csv", "write_files", "write_trials"]
 
 SWEEPS = TypeAdapter[tuple[Sweep, ...]](Annotated[tuple[Sweep, ...], Field(min_length=1)])
 """Reads and writes the sweeps of a table as JSON."""
@@ -31,6 +32,8 @@ PACKAGES = (
     "numpy",
     "scipy",
     "pandas",
+    "joblib",
+    "evo",
     "threadpoolctl",
     "hydra-core",
     "pydantic",
@@ -90,13 +93,32 @@ def to_csv(table: pd.DataFrame) -> bytes:
     return table.to_csv(index=False, lineterminator="\n").encode()
 
 
+def refuse_to_replace(path: Path) -> None:
+    """Refuse the name of a table that exists, or whose record does; create its folder."""
+    for file in (path, path.with_suffix(".json")):
+        if os.path.lexists(file):
+            raise CommandError(f"{file} exists, and is not replaced; name another file")
+    path.parent.mkdir(parents=True, exist_ok=True)
+
+
 def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> None:
-    """Write a table of trials as CSV, and its record next to it as JSON."""
+    """Write a table of trials as CSV, and its record next to it as JSON; replace neither."""
     content = to_csv(table)
-    settings = SWEEPS.dump_python(tuple(sweeps), mode="json")
+    settings = SWEEPS.dump_python(tuple(sweeps))
     record = {"sweeps": settings, "sha256": sha256(content).hexdigest(), **_origin()}
     text = json.dumps(record, indent=2) + "\n"
-    write_files({path.with_suffix(".json"): text.encode(), path: content})
+    refuse_to_replace(path)
+    record_path = path.with_suffix(".json")
+    try:
+        with record_path.open("x", encoding="utf-8") as file:  # one of two runs at the same time
+            file.write(text)
+    except FileExistsError:
+        raise CommandError(f"{record_path} exists, and is not replaced") from None
+    try:
+        write_files({path: content})
+    except BaseException:
+        record_path.unlink()
+        raise
 
 
 def read_table(path: Path, columns: Sequence[str] = (), **options: Any) -> pd.DataFrame:

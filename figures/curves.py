@@ -18,10 +18,10 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from alignscores.arrays import Floats
-from alignscores.protocols import Family
+from alignscores.metrics import Metric
 from experiments.command import ConfigError
 from experiments.grid import CELL_SETTINGS, KEY_COLUMNS
-from experiments.metrics import Column
+from experiments.metrics import metric as find
 
 from . import style
 
@@ -193,8 +193,8 @@ def draw_panel(
 
 def describe(axes: Axes, metric: str, mean: Floats, smallest: float, largest: float) -> None:
     """Name a metric and scale its axis: from 0 to 1 for scores, so that their ranges compare."""
-    family = _family(metric)
-    is_score, unit = (family.larger_is_better, family.unit) if family else (False, "")
+    known = _known(metric)
+    is_score, unit = (known.larger_is_better, known.unit) if known else (False, "")
     least, most = np.fmin.reduce(mean, axis=None), np.fmax.reduce(mean, axis=None)
     is_log = bool(not is_score and smallest > 0 and most > LOG * least)
     if is_log:
@@ -206,7 +206,7 @@ def describe(axes: Axes, metric: str, mean: Floats, smallest: float, largest: fl
         axes.set_ylim(min(0, smallest), top)
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_formatter("{x:g}°" if unit == "deg" else "{x:g}")
-    arrow = "" if family is None else " ↑" if is_score else " ↓"
+    arrow = "" if known is None else " ↑" if is_score else " ↓"
     name, _, options = metric.partition("(")
     axes.set_title("\n".join([name + arrow, *options.removesuffix(")").split(", ")]).strip())
     remarks = (["units"] if unit == "units" else []) + (["log scale"] if is_log else [])
@@ -214,9 +214,9 @@ def describe(axes: Axes, metric: str, mean: Floats, smallest: float, largest: fl
     remark.set(fontsize=style.SMALL, color=style.FAINT)
 
 
-def _family(metric: str) -> Family | None:
+def _known(metric: str) -> Metric | None:
     try:
-        return Column.parse(metric).metric.family
+        return find(metric)
     except ConfigError:
         return None  # a column of the user's
 

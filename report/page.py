@@ -15,7 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from PIL import Image
 
-from experiments.config import experiment_names
+from experiments.config import EXPERIMENTS
 from experiments.tables import TableError, read_record, read_table
 from studies.claims.verdicts import TRUTHS, VERDICTS, statements
 from studies.paper.table1 import CRITERIA, NOTES, PROPERTIES, agreements
@@ -126,7 +126,7 @@ def _costs(folder: Path) -> list[dict[Any, Any]]:
 
 def _provenance(folder: Path, settings: Sequence[str]) -> dict[str, Any]:
     """Return the settings of the paper's experiments, and the code and machine behind them."""
-    records = [read_record(folder / "trials" / f"{name}.csv") for name in experiment_names()]
+    records = [read_record(folder / "trials" / f"{name}.csv") for name in EXPERIMENTS]
     sweeps = [record.sweeps[0] for record in records]
     first = records[0].origin
     return {

@@ -17,7 +17,7 @@ import scipy
 from alignscores.arrays import Floats
 from alignscores.comparison.statistics import LEVEL, beats, wins
 from experiments.grid import CELL_SETTINGS
-from experiments.metrics import Column
+from experiments.metrics import metric as find
 
 REACH = float(scipy.special.ndtri(1 - LEVEL / 2))  # of a 95 % interval, in standard errors
 ROUNDING = 12  # decimals, so that ties are ties
@@ -68,7 +68,7 @@ class Task:
 
 def sign(metric: str) -> int:
     """Return what a metric is multiplied by so that larger is worse."""
-    return -1 if Column.parse(metric).metric.family.larger_is_better else 1
+    return -find(metric).sign
 
 
 def varies(trials: pd.DataFrame, setting: str) -> bool:

@@ -28,13 +28,12 @@ OF_LEVELS = {  # folders and files, as in README.md
     "library": (
         *("alignscores/comparison", "alignscores/evaluation", "alignscores/pages"),
         *("alignscores/test_plots.py", "alignscores/test_real.py", "alignscores/test_rerun.py"),
-        *("alignscores/test_torch.py", "alignscores/trajectories"),
+        *("alignscores/test_torch.py", "alignscores/io"),
     ),
     "command": ("alignscores/cli", "golden"),
     "study": ("cluster", "experiments", "figures", "report", "studies", "workflow"),
     "house": (
         *(".", "alignscores/test_interface.py", "alignscores/test_interruptions.py"),
-        *("alignscores/test_parallel.py",),
         "alignscores/test_texts.py",
         *("alignscores/test_writing.py", "alignscores/test_yaml_files.py", "benchmarks"),
     ),

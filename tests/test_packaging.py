@@ -242,8 +242,8 @@ def test_the_container_writes_into_the_working_directory(tmp_path):
     dockerfile = (ROOT / "Dockerfile").read_text(encoding="utf-8")
     entry = re.search("^ENTRYPOINT (.*)$", dockerfile, re.MULTILINE)[1]
     program, *options = json.loads(entry.replace("/alignscores", str(ROOT)))
-    target = "results/trials/rotations.csv", "--config", "trials=1"
+    target = "quick/trials/rotations.csv", "--config", "trials=1", "results_dir=quick"
     command = [sys.executable, "-m", program, *options, *target]
     subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)
-    assert (tmp_path / "results/trials/rotations.csv").exists()
+    assert (tmp_path / "quick/trials/rotations.csv").exists()
     assert (tmp_path / ".snakemake").is_dir()

@@ -28,12 +28,11 @@ import yaml
 
 import alignscores as library
 import baselines
-from alignscores import protocols
+from alignscores import io as files
+from alignscores import metrics
 from alignscores.cli import main as alignscores
-from alignscores.protocols import PROTOCOLS
-from alignscores.trajectories import files
 from experiments.config import EXECUTION, Sweep, load
-from experiments.metrics import METRICS
+from experiments.metrics import METRICS, option_names
 from experiments.scenes import ERRORS, OUTLIERS, PATHS
 
 from .snakemake_server import run_snakemake
@@ -279,15 +278,16 @@ def test_the_notebook_shows_what_its_cells_give(in_notebook, monkeypatch):
     ]
 
 
-def test_the_table_of_protocols_has_every_name():
-    page = (DOCS / "reference" / "protocols.md").read_text()
-    for family in PROTOCOLS:
-        assert f"| `{family.syntax}` | {family.description}" in page
+def test_the_table_of_metrics_has_every_name():
+    page = (DOCS / "reference" / "metrics.md").read_text()
+    for entry in metrics.METRICS:
+        if entry.name not in metrics.SCORES:
+            assert f"| `{entry.syntax}` | {entry.description}" in page
 
 
 def test_the_settings_have_every_name():
     page = (DOCS / "reference" / "settings.md").read_text()
-    options = {option for metric in METRICS.values() for option in metric.options.model_fields}
+    options = {option for name in METRICS for option in option_names(name)}
     settings = {key.name for key in fields(Sweep)} - {"name", "changes", "selections"}
     for name in {*settings, *EXECUTION, *METRICS, *options, *PATHS, *ERRORS, *OUTLIERS}:
         assert f"`{name}`" in page, name
@@ -298,8 +298,8 @@ def test_all_that_is_public_is_shown():
     page = (DOCS / "reference" / "api.md").read_text()
     shown = set(re.findall(r"^   ([\w.]+)$", page, re.MULTILINE))
     for prefix, names in {
-        "protocols.": [one for one in protocols.__all__ if callable(getattr(protocols, one))],
-        "trajectories.files.": [one for one in files.__all__ if one.startswith("read_")],
+        "metrics.": [one for one in metrics.__all__ if callable(getattr(metrics, one))],
+        "io.": [one for one in files.__all__ if one.startswith("read_")],
         "": [*library.__all__, *baselines.__all__],
     }.items():
         assert {prefix + name for name in names} <= shown

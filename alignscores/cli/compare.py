@@ -1,6 +1,7 @@
 """The command ``alignscores compare``: from its arguments to what is printed and saved."""
 
 import argparse
+import signal
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -13,10 +14,9 @@ from ..comparison.gate import Condition, conditions_of, reasons_to_fail
 from ..comparison.runs import COLUMNS
 from ..comparison.summary import Result
 from ..evaluation.settings import Settings
+from ..io import FORMATS
 from ..metrics import metric
-from ..parallel import available_processors
 from ..texts import printable
-from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .output import print_error, print_note, show_progress
 from .parser import Parser, output_file
@@ -48,6 +48,7 @@ FAIL_ON = (
     "also 'PAS drops 0.05', or 'worse' (significantly, by the --by metric)"
 )
 FAILS = 3  # exit code
+INTERRUPTED = 130  # by custom: 128 + SIGINT
 STDOUT = Path("-")
 
 
@@ -66,8 +67,8 @@ def compare_parser() -> Parser:
     add = parser.add_argument_group("runs").add_argument
     add("--dry-run", action="store_true", help="list the files, and score nothing")
     add("--expect_all", action="store_true", help="a system without runs on a sequence fails")
-    jobs, help = available_processors(), "processes in parallel (default: %(default)s)"
-    add("--jobs", type=int, default=jobs, metavar="X", help=help)
+    help = "processes in parallel; -1: one for each core (default)"
+    add("--jobs", type=int, default=-1, metavar="X", help=help)
     add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
     add = parser.add_argument_group("verdicts").add_argument
     add("--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)")
@@ -104,14 +105,19 @@ def run(argv: Sequence[str]) -> int:
     refuse_to_replace(_inputs(benchmark, arguments), outputs.items())
     saved = read_baseline(arguments.baseline, settings) if arguments.baseline else []
 
-    comparison = compare_runs(
-        benchmark,
-        settings,
-        paired=arguments.paired,
-        jobs=arguments.jobs,
-        cache=arguments.cache,
-        progress=show_progress,
-    )
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # joblib then ends its processes
+    try:
+        comparison = compare_runs(
+            benchmark,
+            settings,
+            paired=arguments.paired,
+            jobs=arguments.jobs,
+            cache=arguments.cache,
+            progress=show_progress,
+        )
+    except KeyboardInterrupt:
+        return INTERRUPTED
     changed = _changed(comparison, arguments, saved, gate) if arguments.baseline else None
     reasons = reasons_to_fail(gate, comparison.summary, changed) if gate else []
     problems = comparison.problems + [f"{e}; it counts as a failure" for e in comparison.failed]

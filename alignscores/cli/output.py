@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note, why
 from ..evaluation.settings import Settings
+from ..io import FileError
 from ..metrics import SCORES, metric
 from ..texts import alike, printable
-from ..trajectories.files import FileError
 from ..version import __version__
 from .table import LEGEND, metric_table, table
 
@@ -84,7 +84,7 @@ def conditions(scored: Sequence[Evaluation]) -> str:
         frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
     if settings.missing == "ignore":
         frames += ", lost ones left out"
-    ours = [metric(name).family in SCORES for name in settings.metrics]
+    ours = [metric(name).name in SCORES for name in settings.metrics]
     if ours and not any(ours):
         return frames
     times_d = "d" if settings.max_threshold == 1 else f"{settings.max_threshold:g} d"

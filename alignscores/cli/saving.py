@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
 from io import BytesIO
+from os.path import realpath
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,11 +16,11 @@ import scipy
 from ..evaluation.evaluation import STATUSES, Evaluation
 from ..evaluation.reading import files_below
 from ..evaluation.settings import Settings
+from ..extras import require
 from ..metrics import SCORES
+from ..metrics.paths import STATISTICS
 from ..pages.estimates import page
-from ..protocols.trajectory import STATISTICS
 from ..texts import csv_text, numbered, printable
-from ..trajectories.extras import require
 from ..validation import finite_rows
 from ..writing import write_whole
 from .output import Results, print_note
@@ -95,9 +96,9 @@ def _of_each(path: Path, names: Sequence[str]) -> dict[str | None, Path]:
 
 def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]) -> None:
     """Check that no output, by option, replaces an input or another output."""
-    used = {file.resolve(): f"the input {file}" for path in inputs for file in files_below(path)}
+    used = {realpath(file): f"the input {file}" for path in inputs for file in files_below(path)}
     for option, path in outputs:
-        target = path.resolve()
+        target = realpath(path)  # unlike `Path.resolve`, also of a link to itself
         if target in used:
             raise ValueError(f"--{option} {path} would replace {used[target]}; name another")
         used[target] = f"what --{option} writes"
@@ -157,7 +158,7 @@ def errors_csv(scored: Sequence[Evaluation]) -> str:
 
 def metrics_csv(scored: Sequence[Evaluation]) -> str:
     """Return a table of metrics, a line an estimate; empty where there is no value."""
-    names = scored[0].settings.metrics or [family.example for family in SCORES]
+    names = scored[0].settings.metrics or SCORES
     lines = [(one.name, *map(one.value, names)) for one in scored]
     return csv_text(("estimate", *names), lines)
 

@@ -10,10 +10,9 @@ from ..evaluation.notes import collected_warnings, reference_notes
 from ..evaluation.reading import format_of, read_reference
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
+from ..extras import require
+from ..io import FAILURES, FORMATS, read_stamps
 from ..texts import unique_names
-from ..trajectories.extras import require
-from ..trajectories.files import FAILURES, read_stamps
-from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .output import Results, print_note, print_notes, show_progress, show_table
 from .parser import Parser, output_file

@@ -52,5 +52,5 @@ def metric_table(evaluations: Sequence[Evaluation], columns: int) -> str:
 
 
 def _metric(name: str, value: float | None) -> str:
-    digits = {"": ".4f", "%": ".2f"}.get(metric(name).family.unit, ".4g")
+    digits = {"": ".4f", "%": ".2f"}.get(metric(name).unit, ".4g")
     return "-" if value is None else f"{value:{digits}}"

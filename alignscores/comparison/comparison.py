@@ -1,7 +1,8 @@
 """Systems over sequences and runs: found, scored in parallel, and summarised."""
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing, suppress
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
@@ -10,12 +11,10 @@ from typing import Any
 from ..evaluation.evaluation import LOST, finite_or_none
 from ..evaluation.notes import collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings, changed
+from ..extras import require
+from ..io import FAILURES, read_stamps, recognise
 from ..metrics import metric
-from ..parallel import run_parallel
 from ..texts import alike, first_few, printable
-from ..trajectories.extras import require
-from ..trajectories.files import FAILURES, read_stamps
-from ..trajectories.recognition import recognise
 from ..version import __version__
 from ..writing import write_whole
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
@@ -212,7 +211,7 @@ def compare(
     paired : bool
         Whether runs of the same name are paired, such as runs of one seed.
     jobs : int
-        Processes in parallel.
+        Processes in parallel, by joblib; -1: one for each core.
     cache : path, optional
         Folder where results are stored and looked for; by default everything is computed.
     **changes : object
@@ -341,10 +340,19 @@ def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tu
     """Return all runs with what became of them, missing ones among them."""
     there = [run for run in tasks if run.file]
     outcomes: dict[Run, Outcome] = {}
-    with closing(run_parallel(evaluate_run, [(tasks[run],) for run in there], jobs)) as scored:
-        for index, outcome in scored:
-            outcomes[there[index]] = outcome
+    joblib = require("joblib", "compare")
+    try:
+        scored = joblib.Parallel(jobs, return_as="generator")(
+            joblib.delayed(evaluate_run)(tasks[run]) for run in there
+        )
+        for run, outcome in zip(there, scored, strict=True):
+            outcomes[run] = outcome
             progress(f"scoring {len(outcomes)}/{len(there)}")
+    except BrokenProcessPool:
+        raise ChildProcessError("a process ended before its work was done; set --jobs 1") from None
+    except BlockingIOError as error:
+        reason = f"no further process can be started ({error.strerror}); set --jobs 1"
+        raise ChildProcessError(reason) from None
     progress("")
     for run in tasks:
         if not run.file:

@@ -16,8 +16,9 @@ from ..evaluation.notes import collected_warnings, why
 from ..evaluation.reading import read_reference
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
+from ..io import FAILURES, FileError, Trajectory
+from ..io.files import read_bytes
 from ..metrics import metric
-from ..trajectories.files import FAILURES, FileError, Trajectory
 from ..validation import finite_rows
 from ..writing import write_whole
 from .cache import file_of
@@ -137,7 +138,7 @@ def _outcome(evaluation: Evaluation) -> Outcome:
     if counted := [name for name in unvalued if not math.isnan(scores[name])]:
         notes.append(f"without a value, counted as failures: {', '.join(counted)}")
     valued = [
-        name for name in names if evaluation.has_rotations or not metric(name).family.rotations
+        name for name in names if evaluation.has_rotations or "rotations" not in metric(name).needs
     ]
     if few := [name for name in valued if math.isnan(scores[name])]:
         notes.append(f"too few cameras for {', '.join(few)}: left out of its means")
@@ -165,7 +166,7 @@ def _score(evaluation: Evaluation, name: str) -> float:
     if value is not None:
         return value
     entry = metric(name)
-    if entry.family.rotations and not evaluation.has_rotations:
+    if "rotations" in entry.needs and not evaluation.has_rotations:
         return math.nan
     return evaluation.half_distance if name == "half_distance" else entry.worst
 
@@ -173,10 +174,15 @@ def _score(evaluation: Evaluation, name: str) -> float:
 def _stored(file: Path) -> Outcome | None:
     """Return the outcome in a file of the cache, None where there is none."""
     try:
-        stored = json.loads(file.read_bytes())
+        stored = json.loads(read_bytes(file))
         for name, value in vars(Outcome({})).items():
             if isinstance(value, np.ndarray):
                 stored[name] = np.array(stored[name], value.dtype)
+            elif isinstance(value, float):
+                stored[name] = float(stored[name])
+            elif not isinstance(stored[name], type(value)):
+                return None
+        stored["scores"] = {name: float(score) for name, score in stored["scores"].items()}
         return Outcome(**stored)
     except (AttributeError, KeyError, OSError, TypeError, ValueError):
         return None

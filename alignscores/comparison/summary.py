@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
+from ..io import Format
 from ..metrics import header, metric
-from ..trajectories.formats import Format
 from . import statistics
 from .benchmark import Run
 from .runs import COLUMNS, Outcome
@@ -225,7 +225,9 @@ class Summary:
 
         def place(system: str) -> list[float]:
             entry = self.entries[system, None]
-            means = (-_sign(by) * value for value in (entry.mean(by), entry.mean_of_scored(by)))
+            means = (
+                -metric(by).sign * value for value in (entry.mean(by), entry.mean_of_scored(by))
+            )
             last = math.inf, math.inf
             return [
                 *(entry.ranks[by] or last),
@@ -303,10 +305,6 @@ def _mean(values: Iterable[float]) -> float:
     return float(np.mean(defined)) if defined else math.nan
 
 
-def _sign(name: str) -> int:
-    return 1 if metric(name).family.larger_is_better else -1
-
-
 def _p(test: Test | None) -> float:
     return test.p if test else math.nan
 
@@ -375,7 +373,7 @@ def _in_order(own: Sequence[Result], name: str) -> Floats:
     """Return values, larger ones better; a failed run loses to every other."""
     scored = [result for result in own if not math.isnan(result.outcome.scores[name])]
     return np.array(
-        [-math.inf if r.failed else _sign(name) * r.outcome.scores[name] for r in scored]
+        [-math.inf if r.failed else metric(name).sign * r.outcome.scores[name] for r in scored]
     )
 
 

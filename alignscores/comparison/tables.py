@@ -92,7 +92,7 @@ def _value(entry: Entry, name: str, ranked: bool) -> Cell:
     An error that some runs lack is the mean of the others.
     """
     rank = entry.ranks[name] if ranked else None
-    larger = metric(name).family.larger_is_better
+    larger = metric(name).larger_is_better
     value = entry.mean(name) if larger else entry.mean_of_scored(name)
     marks = [_rank(entry, name).text.join("()")] if rank and entry.sequence else []
     marks += [f"†{entry.failed}"] if entry.failed and entry.sequence else []

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Booleans, Floats, Indices
 from ..averaging import angles_and_axes
-from ..trajectories.files import Trajectory
+from ..io import Trajectory
 from ..validation import finite_rows
 
 __all__ = ["Clock", "find_clock"]

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats
+from ..extras import require
+from ..io import Trajectory
 from ..metrics import metric
 from ..pose import PASResult
 from ..similarity import Similarity
 from ..texts import printable
 from ..thresholds import N_THRESHOLDS, smallest_unit
-from ..trajectories.extras import require
-from ..trajectories.files import Trajectory
 from ..validation import finite_rows
 from ..writing import write_whole
 from .lever import LeverArm
@@ -78,7 +78,7 @@ class Evaluation:
     ate : float or None
         RMSE of the estimated camera centres after the least-squares alignment.
     metrics : mapping of str to float
-        The other metrics in the settings, by name, as far as they have a value.
+        The other metrics that were asked for, by name, as far as they have a value.
     t_offset : float
         Seconds added to the time stamps of the estimate.
     body_rotation : (3, 3) ndarray or None
@@ -292,8 +292,8 @@ class Evaluation:
         >>> evaluation.value("half_distance")
         0.0700
         """
-        values = {**self.metrics, **self.scores, "ATE": self.ate}
-        return values.get(metric(name).name)
+        values = {**self.scores, "ATE": self.ate, **self.metrics}
+        return values.get(name if name in values else metric(name).name)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the command prints for it with ``--json``.
@@ -338,7 +338,7 @@ class Evaluation:
             "t_offset": self.t_offset if matches.timed else None,
             "body_rotation": None if self.body_rotation is None else self.body_rotation.tolist(),
             "lever_arm": None if self.lever_arm is None else self.lever_arm.vector.tolist(),
-            "metrics": {name: self.value(name) for name in self.settings.metrics},
+            "metrics": {name: self.value(name) for name in (*self.settings.metrics, *self.metrics)},
             "notes": [asdict(note) for note in self.notes],
         }
 

@@ -34,9 +34,9 @@ from ..averaging import (
     rotations_from_quaternions,
     tlud_mean,
 )
+from ..io import FAILURES, Trajectory, inverse_poses
 from ..registration import pcr99
 from ..similarity import Similarity
-from ..trajectories.files import FAILURES, Trajectory, inverse_poses
 from ..validation import finite_rows
 from .clock import find_clock
 from .evaluation import Note

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..arrays import Floats
 from ..averaging import rotation_from_vector
+from ..io import Trajectory
 from ..similarity import Similarity
-from ..trajectories.files import Trajectory
 from ..translation import tas
 from ..validation import finite_rows
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
-from ..trajectories.files import Trajectory, read_stamps
+from ..io import Trajectory, read_stamps
 from ..translation import closest_pair_quartile
 from ..validation import finite_rows
 from .reading import KEY_KINDS, check_duplicates, first_rows, warn

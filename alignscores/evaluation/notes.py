@@ -9,8 +9,8 @@ import numpy as np
 
 from ..arrays import Booleans, Floats
 from ..averaging import rotation_angles
+from ..io import TrajectoryWarning
 from ..texts import printable
-from ..trajectories.files import TrajectoryWarning
 from ..validation import AlignmentWarning
 from .evaluation import Evaluation, Note
 from .hints import describe_rotation

@@ -1,6 +1,5 @@
 """Reference and estimate on their way in: from files and from memory, each checked once."""
 
-import itertools
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
-from ..trajectories.files import (
+from ..io import (
     FilePath,
     Trajectory,
     TrajectoryWarning,
+    in_seconds,
     inverse_poses,
+    is_model,
     read_colmap,
+    recognise,
 )
-from ..trajectories.files.colmap import is_model
-from ..trajectories.files.stamps import in_seconds
-from ..trajectories.recognition import recognise
 from ..validation import finite_rows, real_array
 from .settings import Settings
 from .time import reference_gap
@@ -169,30 +168,12 @@ def check_duplicates(n: int, n_different: int, keys: NDArray[Any], whose: str) -
         warn(f"duplicate stamps or names in the reference, left out: {duplicate}")
 
 
-def _check_one_run(keys: Floats, whose: str) -> None:
-    """Raise a ValueError where stamps in the order of the file are those of several runs."""
-    ends = np.append(np.flatnonzero(np.diff(keys) < 0), len(keys) - 1)
-    starts = np.append(0, ends[:-1] + 1)
-    long = np.flatnonzero(ends - starts + 1 >= max(4, len(keys) / 10))
-    for first, second in itertools.combinations(long, 2):
-        low = max(keys[starts[first]], keys[starts[second]])
-        high = min(keys[ends[first]], keys[ends[second]])
-        lengths = keys[ends[[first, second]]] - keys[starts[[first, second]]]
-        if high - low > lengths.min() / 2:
-            raise ValueError(
-                f"the {whose} seems to hold several runs: its time stamps go back from "
-                f"{keys[ends[first]]:.6f} to {keys[starts[second]]:.6f} s at pose "
-                f"{starts[second] + 1}; write each run into a file of its own"
-            )
-
-
 def first_rows(keys: NDArray[Any], present: Booleans, whose: str) -> Indices:
     """Return the first row of each key whose pose is present; of time stamps, in their order."""
     rows = np.arange(len(keys))
     if keys.dtype.kind == "f":
         backwards = np.diff(keys) < 0
         if backwards.any():
-            _check_one_run(keys, whose)
             row = int(np.argmax(backwards)) + 1
             warn(
                 f"the time stamps of the {whose} are not in order (first at pose {row + 1}, "

@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats
-from ..metrics import SCORES, metric
+from ..io import FilePath, Trajectory
+from ..metrics import SCORES, Metric, metric
 from ..pose import PASResult, pas
 from ..registration import Registration
 from ..registration import pcr99 as pcr99_of_all
 from ..similarity import Similarity, least_squares_rmse
 from ..texts import printable, unique_names
 from ..thresholds import tas_distance, too_few
-from ..trajectories.files import FilePath, Trajectory
 from ..translation import tas
 from ..validation import AlignmentWarning, finite_rows
 from .clock import Clock, find_clock
@@ -61,7 +62,9 @@ def evaluate(
     times : (n,) array or two of them, optional
         Time stamps of the arrays in seconds: of both, or of the reference and of the estimate.
     **changes : object
-        Settings that differ from these, such as ``alignment="rigid"``.
+        Settings that differ from these, such as ``alignment="rigid"``. Of ``metrics`` some may be
+        functions of ground-truth and estimated poses, both (n, 4, 4), or `Metric` objects; the
+        estimated rows of lost frames are NaN.
 
     Returns
     -------
@@ -87,6 +90,10 @@ def evaluate(
     >>> evaluation.to_dict()["matched"]
     40
     """
+    asked = changes.get("metrics", ())
+    functions = [] if isinstance(asked, str) else [one for one in asked if not isinstance(one, str)]
+    if functions:
+        changes["metrics"] = [one for one in asked if isinstance(one, str)]
     settings = changed(settings or Settings(), changes)
     ref_times, est_times = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
     reference = in_memory(reference, "reference", ref_times)
@@ -96,7 +103,7 @@ def evaluate(
         truth = read_reference(reference, settings)
     name = "estimate" if isinstance(estimate, Trajectory) else unique_names([str(estimate)])[0]
     path = "" if isinstance(reference, Trajectory) else str(reference)
-    evaluation = score(truth, estimate, settings, name=name, ref_file=path)
+    evaluation = score(truth, estimate, settings, name=name, ref_file=path, functions=functions)
     of_reference = [Note("reference", text) for text in warned]
     evaluation.notes[:0] = of_reference + reference_notes([evaluation])
     return evaluation
@@ -110,11 +117,12 @@ def score(
     name: str,
     ref_file: str = "",
     check: bool = True,
+    functions: Iterable[Metric | Callable[..., Any]] = (),
 ) -> Evaluation:
     """Read, match, score and explain one estimate.
 
     With `check` the notes look for mistakes in both files, which takes most of the time. `ref_file`
-    is where the reference was read from.
+    is where the reference was read from; `functions` are metrics next to those in the settings.
     """
     with collected_warnings() as of_file:  # these name the file
         poses = read_estimate(estimate, settings)
@@ -153,7 +161,7 @@ def score(
     notes += [Note("estimate", text) for text in of_estimate]
     matches, result = found.matches, found.result
     pairs = _every_pose(matches, found.estimate)
-    metrics, without_value = _metrics(matches, pairs, settings)
+    metrics, without_value = _metrics(matches, pairs, settings, functions)
     evaluation = Evaluation(
         name=name,
         file=file,
@@ -386,13 +394,13 @@ def pcr99(
     return pcr99_of_all(gt[rows], est[rows], rank=min(rank, len(rows)), **options)
 
 
-Pairs = tuple[Floats, Floats, Floats | None]  # poses of reference and estimate, and stamps
+Pairs = tuple[Floats, Floats]  # poses of reference and estimate
 
 
 def _every_pose(matches: Matches, estimate: Trajectory) -> Pairs:
     """Return every pose that has a reference and, as not finite, what was lost, in its share."""
     if not matches.timed:
-        return matches.gt_poses, matches.est_poses, None
+        return matches.gt_poses, matches.est_poses
     rows, lost = matches.pose_rows, np.flatnonzero(matches.est_rows < 0)
     n_lost = round(len(rows) * len(lost) / matches.matched) if len(lost) else 0
     lost = lost[np.linspace(0, len(lost) - 1, n_lost).astype(int)]
@@ -400,7 +408,7 @@ def _every_pose(matches: Matches, estimate: Trajectory) -> Pairs:
     gt = np.concatenate([matches.pose_references, matches.gt_poses[lost]])
     est = np.concatenate([estimate.poses[rows], matches.est_poses[lost]])
     order = np.argsort(stamps, kind="stable")
-    return gt[order], est[order], stamps[order]
+    return gt[order], est[order]
 
 
 def _ate(pairs: Pairs, settings: Settings) -> float | None:
@@ -417,28 +425,22 @@ def _ate(pairs: Pairs, settings: Settings) -> float | None:
 
 
 def _metrics(
-    matches: Matches, pairs: Pairs, settings: Settings
+    matches: Matches,
+    pairs: Pairs,
+    settings: Settings,
+    functions: Iterable[Metric | Callable[..., Any]],
 ) -> tuple[dict[str, float], list[Note]]:
-    """Return the metrics of other projects that have a value, and why others have none."""
-    gt, est, stamps = pairs
-    gt_rotations, est_rotations = (
-        poses[:, :3, :3] if matches.has_rotations else None for poses in (gt, est)
-    )
+    """Return the other metrics that have a value, and why others have none."""
     values, notes = {}, []
-    for name in settings.metrics:
-        if metric(name).family in SCORES:
-            continue
-        if metric(name).metres and settings.form.unit != "m":
+    names = [name for name in settings.metrics if name not in SCORES]
+    for one in map(metric, [*names, *functions]):
+        name = one.name
+        if "metres" in one.needs and settings.form.unit != "m":
             notes.append(Note("metric", f"the reference's unit counts as a metre in {name}"))
         try:
-            value = metric(name)(
-                gt[:, :3, 3],
-                gt_rotations,
-                est[:, :3, 3],
-                est_rotations,
-                rng=settings.seed,
-                stamps=stamps,
-            )
+            if "rotations" in one.needs and not matches.has_rotations:
+                raise ValueError(f"{name} needs the rotations of the cameras")
+            value = one(*pairs)
             if not math.isfinite(value):
                 raise ValueError("it is not finite, with so many cameras lost")
             values[name] = value

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
-from ..metrics import metric
-from ..protocols import split_names
+from ..extras import require
+from ..io import FORMATS, FilePath, Format, parse_columns
+from ..metrics import metric, split_names
 from ..registration import REGISTRATIONS
 from ..similarity import ALIGNMENTS, UP
 from ..texts import brief, printable
-from ..trajectories.files import FilePath, parse_columns
-from ..trajectories.formats import FORMATS, Format
 
 __all__ = ["Option", "Settings", "changed", "options"]
 
@@ -279,7 +278,12 @@ class Settings:
         values["invert"] = values["est_invert"] = values["invert"] or values["est_invert"]
         values["frames"] = _stamps_or_path(self.frames)
         names = split_names(self.metrics) if isinstance(self.metrics, str) else self.metrics
-        values["metrics"] = tuple(dict.fromkeys(metric(name).name for name in names))
+        if not all(isinstance(name, str) for name in names):
+            raise ValueError("metrics must be names; `evaluate` takes functions, too")
+        metrics = {entry.name: entry for entry in map(metric, names)}
+        if any("evo" in entry.needs for entry in metrics.values()):
+            require("evo", "evo")
+        values["metrics"] = tuple(metrics)
         for name, value in values.items():
             object.__setattr__(self, name, value)
         if self.up != Settings.up and self.alignment != "yaw":
@@ -336,10 +340,8 @@ class Settings:
         if self.form.ordered != self.est_form.ordered:
             raise ValueError(f"{self.est_format} estimates cannot be matched to {self.format}")
         for name in self.metrics:
-            if metric(name).family.ordered and not self.form.ordered:
+            if "order" in metric(name).needs and not self.form.ordered:
                 raise ValueError(f"{name} needs the order of time, but images are matched by name")
-            if metric(name).timed and not self.form.timed:
-                raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
 
     @property
     def seeds(self) -> range:

@@ -7,7 +7,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from alignscores.arrays import Booleans, Floats
-from alignscores.protocols.cameras import Cameras
 
 from .errors import ERRORS
 from .outliers import OUTLIERS
@@ -38,17 +37,6 @@ class Scene:
     def __getitem__(self, cameras: slice | Booleans) -> "Scene":
         """Return some of the cameras."""
         return Scene(*(getattr(self, field.name)[cameras] for field in fields(self)))
-
-    @property
-    def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """What a metric of `alignscores.metrics` is called with."""
-        return self.gt_positions, self.gt_rotations, self.est_positions, self.est_rotations
-
-    @property
-    def cameras(self) -> Cameras:
-        """What the mAA counts the pairs of; to check them takes as long as half of that."""
-        gt, gt_rotations, est, est_rotations = self.arrays
-        return Cameras.of(gt_rotations, gt, est_rotations, est)
 
     @cached_property
     def gt_poses(self) -> Floats:

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.metrics import Column
+from experiments.metrics import split_options
 from figures import style
 
 from .findings import LEAST_ORDER
@@ -57,8 +57,8 @@ def _cells(axes: Axes, orders: pd.DataFrame) -> None:
 
 
 def _metric(metric: str) -> str:
-    column = Column.parse(metric)
-    return "\n".join([NAMES.get(column.name, column.name), *column.options.values()])
+    name, options = split_options(metric)
+    return "\n".join([NAMES.get(name, name), *options.values()])
 
 
 def _label(row: Mapping[Hashable, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Run the trials of a replicate study: ``python -m studies.claims NUMBER [key=value ...]``."""
+"""Run a replicate study: ``python -m studies.claims NUMBER [output=FILE key=value ...]``."""
 
 import sys
 from argparse import ArgumentParser, Namespace
@@ -8,7 +8,7 @@ from pathlib import Path
 from experiments.command import run_command
 from experiments.config import load
 from experiments.sweep import run_sweeps
-from experiments.tables import write_trials
+from experiments.tables import refuse_to_replace, write_trials
 
 from .claims import load_claims
 from .plan import replicates
@@ -30,7 +30,8 @@ def _work(options: Namespace) -> list[Path]:
     claims = load_claims(max(2, options.number + 1))
     (sweeps,) = replicates(claims, options.settings, [options.number])
     _, execution = load(options.settings)
-    path = Path(execution.results_dir) / "replicates" / f"{options.number}.csv"
+    path = Path(execution.output or f"replicate_{options.number}.csv")
+    refuse_to_replace(path)
     write_trials(path, run_sweeps(sweeps, execution.n_jobs), sweeps)
     return [path]
 

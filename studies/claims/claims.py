@@ -15,7 +15,7 @@ from pydantic.dataclasses import dataclass
 from experiments.command import ConfigError, problems
 from experiments.config import CONFIG_DIR, MetricName, experiment_names, one_of, read_yaml, require
 from experiments.grid import CELL_SETTINGS
-from experiments.metrics import Column
+from experiments.metrics import split_options, with_options
 
 from ..statistics import STATISTICS, SUMMARIES, Statistic, Where
 
@@ -178,11 +178,11 @@ class Reading:
 
     def _of(self, metric: str) -> str:
         """Return the metric that this reading has for one, which keeps options of its own."""
-        column = Column.parse(metric)
-        if column.name not in self.metrics:
+        name, options = split_options(metric)
+        if name not in self.metrics:
             return metric
-        other = Column.parse(self.metrics[column.name])
-        return str(Column(other.name, {**other.options, **column.options}))
+        other, others = split_options(self.metrics[name])
+        return with_options(other, {**others, **options})
 
 
 @dataclass(frozen=True, config=KNOWN_KEYS)

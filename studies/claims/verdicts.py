@@ -6,14 +6,15 @@ of the trials of all replicates together is `pooled`: a range grows with the num
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import starmap
 
 import numpy as np
 import pandas as pd
 import scipy
+from joblib import Parallel, delayed
 
 from alignscores.arrays import Floats
 from alignscores.comparison.statistics import LEVEL, holm
-from alignscores.parallel import run_parallel
 from experiments.grid import CELL_SETTINGS
 from experiments.tables import Trials
 
@@ -135,7 +136,7 @@ def decide(
         for number, trials in enumerate(replicates)
     ]
     values: list[list[float]] = [[] for _ in wanted]
-    for number, evaluated in sorted(run_parallel(_evaluate, tasks, n_jobs)):
+    for number, evaluated in enumerate(Parallel(n_jobs)(starmap(delayed(_evaluate), tasks))):
         deciding = [own for own, (_, n) in zip(values, wanted, strict=True) if number < n]
         for own, value in zip(deciding, evaluated, strict=True):
             own.append(value)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from experiments.config import Sweep, experiment_names, load_sweep
+from experiments.config import EXPERIMENTS, Sweep, load_sweep
 
 from ..study import Study, naming
 from .table1 import answer
@@ -11,7 +11,7 @@ from .table1 import answer
 
 def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the settings of each experiment of the paper."""
-    return {name: {"experiment": name, **settings} for name in experiment_names()}
+    return {name: {"experiment": name, **settings} for name in EXPERIMENTS}
 
 
 def load_experiment(overrides: Sequence[str]) -> Sweep:

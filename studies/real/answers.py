@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 
 from alignscores.comparison.statistics import LEVEL, rank_test, wins
-from alignscores.metrics import metric as find
-from experiments.metrics import METRICS
+from experiments.metrics import metric as find
 
 from ..order import trials_needed
 from .scores import ALL_POSES, EQUAL_TIMES, KEYS, QUARTERS
@@ -18,10 +17,7 @@ FEWEST = 3  # runs of a system on a sequence
 
 def _sign(metric: str) -> int:
     """Return what a metric is multiplied by so that larger is better."""
-    if metric in QUARTERS:
-        return -1
-    family = METRICS[metric].family if metric in METRICS else find(metric).family
-    return 1 if family.larger_is_better else -1
+    return -1 if metric in QUARTERS else find(metric).sign
 
 
 def _of_pairs(table: pd.DataFrame) -> Iterator[tuple[dict[str, str], pd.DataFrame, pd.DataFrame]]:

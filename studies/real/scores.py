@@ -7,6 +7,7 @@ recording and not of the poses. It is the median over the runs of the system on 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,8 +23,8 @@ from alignscores.evaluation.notes import collected_warnings
 from alignscores.evaluation.reading import files_below, read_estimate, read_reference
 from alignscores.evaluation.scoring import score
 from alignscores.evaluation.settings import Settings
-from alignscores.protocols import split_names
-from alignscores.trajectories.files import Trajectory
+from alignscores.io import Trajectory
+from alignscores.metrics import split_names
 from alignscores.validation import finite_rows
 from baselines import dre, dte, maa
 from experiments.command import ConfigError
@@ -35,7 +36,7 @@ LIBRARY = (  # of user-supplied files, those that need no order of time first
     *("ATE", "are:rmse", "auc@30:vggt", "median:hloc"),
 )
 ORDERED = ("rpe@1f", "rpe@1m:all", "rpe@1m:all:rotation", "rpg@10m", "kitti", "kitti:rotation")
-BASELINES: Mapping[str, Callable[[Floats, Floats], float]] = {  # of the poses that there are
+BASELINES: Mapping[str, Callable[[Floats, Floats], Any]] = {  # of the poses that there are
     "DTE": dte,
     "DRE": lambda gt, est: dre(gt[:, :3, :3], est[:, :3, :3]),
     "mAA": maa,

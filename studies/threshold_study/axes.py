@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from experiments.command import ConfigError
 from experiments.config import load_sweep, read_yaml, to_overrides
-from experiments.metrics import Column
+from experiments.metrics import metric, split_options, with_options
 
 from ..study import naming, reject
 
@@ -43,10 +43,14 @@ class Axis:
     def of(cls, name: str, entry: _Axis, values: object) -> Self:
         """Return an axis with its values in rising order; a wrong one is a `ConfigError`."""
         if not isinstance(values, list):
-            raise ConfigError(f"setting {name!r} must be a list in brackets, for example [1, 2]")
+            raise ConfigError(
+                f"setting {name!r} must be a list in brackets, for example [1, 2], of the values "
+                "that threshold_study compares; a single value in all trials is "
+                f"'{entry.metric.lower()}={{{entry.option}: {values}}}'"
+            )
         for value in values:
             with naming(f"setting {name!r}: "):
-                Column.parse(f"{entry.metric}({entry.option}={_write(value)})")
+                metric(with_options(entry.metric, {entry.option: _write(value)}))
         paper = _write(entry.paper)
         ordered = sorted({*map(_write, values), paper}, key=float)
         if len(ordered) < 2:
@@ -56,9 +60,8 @@ class Axis:
     @property
     def columns(self) -> Mapping[str, str]:
         """The columns of the metric by the values; the paper's needs no option."""
-        column = Column(self.metric)
         return {
-            value: str(column if value == self.paper else column.with_option(self.option, value))
+            value: with_options(self.metric, {} if value == self.paper else {self.option: value})
             for value in self.values
         }
 
@@ -84,11 +87,15 @@ def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 def axes_of(metrics: Iterable[str]) -> list[Axis]:
     """Return the axes with the values that the columns of a table have."""
-    columns = list(map(Column.parse, metrics))
+    columns = list(map(split_options, metrics))
     axes = []
     for name, entry in read_yaml(AXES, _File).axes.items():
-        own = [c for c in columns if c.name == entry.metric and list(c.options) == [entry.option]]
-        axes.append(Axis.of(name, entry, [column.options[entry.option] for column in own]))
+        own = [
+            options[entry.option]
+            for metric, options in columns
+            if metric == entry.metric and list(options) == [entry.option]
+        ]
+        axes.append(Axis.of(name, entry, own))
     return axes
 
 

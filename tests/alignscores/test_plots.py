@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from alignscores import Trajectory, evaluate
 from alignscores.evaluation.evaluation import PLOT_MODES
 from alignscores.histogram import cumulative_frequency, score_of
+from alignscores.io import read_tum
 from alignscores.plots import KINDS, figure_of, score_panel
-from alignscores.trajectories.files import read_tum
 
 from .conftest import FILES
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentWarning, pas, tas
-from alignscores.protocols import vggt_auc
+from alignscores.metrics import vggt_auc
 
 
 @pytest.fixture
@@ -86,7 +86,7 @@ def test_the_metric_is_the_mean_over_all_batches(scenes, metric_of):
     import torch
 
     gt, est = map(torch.tensor, scenes)
-    metric = metric_of(protocols=["auc@30:vggt"])
+    metric = metric_of(metrics=["auc@30:vggt"])
     metric.update(gt[:1], est[:1])
     metric.update(gt[1:], est[1:])
     found = {name: float(value) for name, value in metric.compute().items()}
@@ -106,7 +106,7 @@ def test_the_mask_says_what_is_a_camera(scenes, metric_of):
     gt, est = map(torch.tensor, scenes)
     mask = torch.ones(3, 20, dtype=torch.bool)
     mask[1, 7:] = False
-    metric = metric_of(registration="pcr99", protocols=["auc@30:vggt"])
+    metric = metric_of(registration="pcr99", metrics=["auc@30:vggt"])
     metric.update(gt, est, mask=mask)
     sizes = 20, 7, 20
     expected = [pas(g[:n], e[:n]).score for g, e, n in zip(*scenes, sizes, strict=True)]

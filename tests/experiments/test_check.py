@@ -38,3 +38,14 @@ def test_a_changed_digit_of_a_table_is_noticed(tmp_path, capsys):
     assert f"{path} (row {row + 2}, value is " in capsys.readouterr().err
     assert main([str(tmp_path / "tables")]) == 1
     assert "has no published table; run: snakemake figures" in capsys.readouterr().err
+
+
+def test_other_settings_are_named_before_numbers(tmp_path, capsys):
+    sweep = load_sweep(["experiment=outliers", "trials=2", "n_outliers=[0]", "tas.order=0.2"])
+    path = tmp_path / "trials" / "outliers.csv"
+    write_trials(path, run_sweeps([sweep]), [sweep])
+    assert main([str(tmp_path)]) == 1
+    assert capsys.readouterr().err == (
+        f"experiments.check: not as published: {path} (other settings: tas.order 0.2, published "
+        "0.1; n_outliers 0, published 0, 1, 10, 20, 30, 40, 50; trials 2, published 50)\n"
+    )

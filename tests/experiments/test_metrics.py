@@ -1,22 +1,25 @@
 """Trials evaluate the library's metrics, with options; metrics of one trial share its errors."""
 
+import re
 from math import ceil
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
+from alignscores import metrics as library
 from alignscores import pas, ras, ras_profile, tas, tas_profile
 from alignscores.paper import literal_frames
-from alignscores.protocols import protocol
 from alignscores.registration import pcr99
 from baselines import ate, dre, dte, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.rotation import aligned_angles
+from experiments import metrics
 from experiments.command import ConfigError
 from experiments.config import to_overrides
 from experiments.grid import KEY_COLUMNS, Cell, cells
-from experiments.metrics import METRICS, Column, evaluate, evaluate_scenes
+from experiments.metrics import METRICS, evaluate, evaluate_scenes, metric, with_options
 from experiments.sweep import draw_scene, trial_seeds
 
 SEED = np.random.SeedSequence(7)
@@ -112,13 +115,11 @@ def test_metrics_are_those_of_the_library(scene):
 
 
 def test_columns_have_the_names_that_were_asked_for(small, run):
-    names = ["HalfDistance", "half_distance", "half:rotation", "tas"]
+    names = ["HalfDistance", "half_distance", "HalfAngle", "tas"]
     table = run(small("n_outliers=[2]", "trials=2", f"metrics=[{','.join(map(repr, names))}]"))
     assert list(table.columns) == [*KEY_COLUMNS, *names]
     assert (table["HalfDistance"] == table["half_distance"]).all()
-    assert str(Column.parse("TAS(quantile=0.5)").with_option("order", 0.3)) == (
-        "TAS(quantile=0.5, order=0.3)"
-    )
+    assert with_options("TAS", {"quantile": 0.5, "order": 0.3}) == "TAS(quantile=0.5, order=0.3)"
 
 
 @pytest.mark.parametrize("score", [0.5, 0.25])
@@ -188,12 +189,12 @@ def test_order_and_prescreen_reach_the_registration(scene, options, m, prescreen
 
 
 @pytest.mark.parametrize(
-    ("metric", "problem"),
+    ("column", "problem"),
     [
-        ("APE", "unknown metric 'APE'; close to it are ATE, "),
+        ("APE", "unknown metric 'APE'; close to it are ATE"),
         ("PAS(order=0.2)", "has no option 'order'; the options are weight, registration, "),
         ("auc@30:vggt(k=5)", "has no option 'k'; the options are none"),
-        ("TAS(order=0.2", "has no option 'order'; the options are "),
+        ("TAS(order=0.2", "has no closing bracket"),
         ("TAS(max_threshold=inf)", "max_threshold should be a finite number, not 'inf'"),
         ("TAS(n_thresholds=2.5)", "n_thresholds should be a valid integer, "),
         ("mAA(fold_sign=maybe)", "fold_sign should be a valid boolean, "),
@@ -201,15 +202,15 @@ def test_order_and_prescreen_reach_the_registration(scene, options, m, prescreen
         ("TAS(registration=refined, order=0.2)", "prescreen and order can be set for pcr99 alone"),
     ],
 )
-def test_impossible_options_are_refused_in_one_line(metric, problem):
+def test_impossible_options_are_refused_in_one_line(column, problem):
     with pytest.raises(ConfigError) as caught:
-        Column.parse(metric)
+        metric(column)
     assert problem in str(caught.value)
-    assert repr(metric) in str(caught.value)
+    assert repr(column) in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_protocols_are_metrics_by_their_names(small, run):
+def test_other_projects_metrics_are_metrics_by_their_names(small, run):
     """With commas and colons, in a sweep; NaN where one has no value."""
     names = ["auc@30:vggt", "recall@1m,9deg:hloc-sim3", "ate:rmse", "are:rmse"]
     metrics = to_overrides({"metrics": [*names, "kitti"]})
@@ -219,7 +220,23 @@ def test_protocols_are_metrics_by_their_names(small, run):
     assert table["kitti"].isna().all()  # no path of 100 m
     (cell,) = cells(sweep)
     for trial, row in table.iterrows():
-        cameras, seed = trial_seeds(sweep, cell, trial)
-        arrays = draw_scene(sweep, cell, cameras).arrays
+        cameras, _ = trial_seeds(sweep, cell, trial)
+        scene = draw_scene(sweep, cell, cameras)
         for name in names:
-            assert row[name] == protocol(name)(*arrays, rng=seed)
+            assert row[name] == library.metric(name)(scene.gt_poses, scene.est_poses)
+
+
+def test_the_metric_on_the_page_is_one_function_and_one_entry(scene, monkeypatch):
+    page = Path(__file__).parents[2] / "docs" / "develop" / "extend.md"
+    function, entry = re.findall(r"^```py\n(.*?)^```$", page.read_text(), re.M | re.S)[:2]
+    names = dict(vars(metrics))
+    exec(function, names)
+    monkeypatch.setattr(metrics, "METRICS", {**METRICS, "Largest": eval(entry, names)})
+    metrics.metric.cache_clear()
+    errors = tas(scene.gt_positions, scene.est_positions, rng=SEED).errors
+    found = evaluate(scene, ["TAS", "Largest", "Largest(quantile=0.5)"], SEED)
+    assert found["Largest"] == errors.max()
+    assert found["Largest(quantile=0.5)"] == np.median(errors)
+    with pytest.raises(ConfigError, match="quantile should be less than or equal to 1"):
+        metric("Largest(quantile=2)")
+    metrics.metric.cache_clear()

@@ -46,7 +46,7 @@ METRICS = """
     cammc:cami2v-abs cammc:cameractrl rpg@2m rpg@2m:median:sim3 rpg@2m:rotation
 """.split()  # noqa: SIM905
 KITTI = ["kitti", "kitti:rotation", "rpg@100m", "rpg@100m:rotation", "rpe@100m"]
-TIMED = ["ate:rmse:sim3", "rpe@1s", "rpe@1s:rotation"]
+TIMED = ["ate:rmse:sim3"]
 EXPERIMENTS = """
     outliers collinear trajectory_length rotations combined maa_vs_pas_outliers maa_vs_pas_length
     maa_vs_pas_collinear

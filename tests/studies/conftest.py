@@ -47,7 +47,10 @@ def written(tmp_path):
 
     def write(trials):
         for name, made in trials.items():
-            write_trials(tmp_path / f"{name}.csv", made.table, made.record.sweeps)
+            path = tmp_path / f"{name}.csv"
+            for written in (path, path.with_suffix(".json")):
+                written.unlink(missing_ok=True)
+            write_trials(path, made.table, made.record.sweeps)
         return [str(tmp_path / f"{name}.csv") for name in trials]
 
     return write

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from experiments.config import experiment_names, load_sweep
-from experiments.metrics import Column
+from experiments.metrics import metric as find
 from experiments.tables import Record, read_trials
 from studies.__main__ import main
 from studies.beyond.findings import findings
@@ -23,7 +23,7 @@ CLAIMS = load_claims()
 
 def worsens(metric, cell, trial, rng):
     """Get worse with all noise and outliers."""
-    sign = -1 if Column.parse(metric).metric.family.larger_is_better else 1
+    sign = -find(metric).sign
     level = 10 * cell.sigma_t + cell.sigma_r_deg + cell.n_outliers / 10
     return sign * (level + 1e-3 * rng.random())
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from modulefinder import ModuleFinder
 from pathlib import Path
 
 import pytest
@@ -36,7 +37,7 @@ def copy_of_the_project(folder):
 
 
 TARGETS = {  # rules of the jobs that each target needs, from nothing; with two replicates
-    "figures": {"trials": 8, "figure": 7, "table1": 1},
+    "figures": {"trials": 8, "figure": 7, "captions": 1, "table1": 1},
     "claims": {"replicate": 2, "verdicts": 1},
     "head_to_head": {"trials": 8, "study_trials": n_trials("head_to_head"), "orders": 1},
     "threshold_study": {"study_trials": 3, "thresholds": 1, "study_figure": 1},
@@ -60,7 +61,7 @@ def test_the_report_needs_each_job_once(snakemake):
 
 
 def test_on_a_cluster_what_runs_trials_is_a_job_of_one_core_and_stated_needs(snakemake):
-    settings = ("replicates=2", "trials=100")
+    settings = ("replicates=2", "trials=100", "results_dir=quick")
     done = snakemake("report", "--dry-run", "--config", *settings, profile="slurm")
     needs = {rule for rule, text in done.jobs if "runtime=" in text and "mem_mb=" in text}
     assert needs == {"trials", "study_trials", "replicate"}
@@ -72,17 +73,21 @@ def test_on_a_cluster_what_else_makes_files_runs_where_it_was_started():
     code = "".join(path.read_text() for path in [SNAKEFILE, *(ROOT / "workflow").glob("*.smk")])
     rules = re.findall(r"^(rule|use rule \w+ as) (\w+).*:\n((?:\n|    .*\n)*)", code, re.MULTILINE)
     makes = {name for kind, name, body in rules if kind != "rule" or "output:" in body}
-    local = re.search(r"^localrules:\n((?:    \w+,\n)+)", code, re.MULTILINE)
-    assert makes - {*re.findall(r"\w+", local[1])} == {"trials", "study_trials", "replicate"}
+    local = "".join(re.findall(r"^localrules:\n((?:    \w+,\n)+)", code, re.MULTILINE))
+    assert makes - {*re.findall(r"\w+", local)} == {"trials", "study_trials", "replicate"}
 
 
 @pytest.mark.parametrize(
     ("target", "setting", "named"),
     [
         ("figures", "trails=5", "Could not override 'trails'"),
+        ("figures", "trials=5", "trials=5 changes what the paper's figures show; name a folder"),
+        ("figures", "output=a.csv", "setting 'output' cannot be set: the workflow decides it"),
+        ("figures", "n_jobs=two", "setting 'n_jobs': should be a valid integer, not 'two'"),
+        ("threshold_study", "tas_max_threshold=0.5", "'tas_max_threshold' must be a list in "),
         ("claims", "replicates=1", "'replicates'"),
         ("beyond", "scenarios=mine.yaml", "scenarios.a: setting 'geometry': must be one of "),
-        ("real", "trials=5", "snakemake real needs --config benchmark=FILE"),
+        ("real", "n_jobs=1", "snakemake: real needs --config benchmark=FILE"),
         ("real", "benchmark=missing.yaml", "missing.yaml: cannot be read"),
     ],
 )
@@ -91,16 +96,18 @@ def test_wrong_settings_are_named_before_any_trial(snakemake, tmp_path, target, 
     done = snakemake(target, "--config", setting)
     assert done.returncode != 0
     assert named in done.text
+    assert "Traceback" not in done.text
     assert not (tmp_path / "results").exists()
 
 
 @pytest.mark.slow
 def test_runs_and_reruns(snakemake, tmp_path):
-    target = "results/figures/outliers.pdf"
+    target = "quick/figures/outliers.pdf"
     small = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"]
+    small += ["results_dir=quick"]
     done = snakemake(target, "--config", *small)
     assert done.returncode == 0, done.text
-    trials = tmp_path / "results" / "trials" / "outliers.csv"
+    trials = tmp_path / "quick" / "trials" / "outliers.csv"
     assert len(trials.read_text().splitlines()) == 1 + 2 * 2 * 2
     before = trials.read_bytes()
 
@@ -110,6 +117,21 @@ def test_runs_and_reruns(snakemake, tmp_path):
     more = ["trials=3", *small[1:]]
     both = {"trials": 1, "figure": 1}
     assert snakemake(target, "--dry-run", "--config", *more).planned == both
+
+    # So does a table by hand in this place, with or without what Snakemake remembers.
+    record = trials.with_suffix(".json")
+    kept = trials.read_bytes(), record.read_bytes()
+    trials.unlink()
+    record.unlink()
+    run = ["experiment=outliers", *more[:-1], f"output={trials}", "n_jobs=1"]
+    subprocess.run([sys.executable, "-m", "experiments.run", *run], cwd=tmp_path, check=True)
+    assert snakemake(target, "--dry-run", "--config", *small).planned == both
+    shutil.rmtree(tmp_path / ".snakemake")
+    assert snakemake(target, "--dry-run", "--config", *small).planned == both
+    trials.write_bytes(kept[0])
+    record.write_bytes(kept[1])
+    shutil.rmtree(tmp_path / "quick" / "settings")
+    assert "trials" not in snakemake(target, "--dry-run", "--config", *small).planned
 
     # A table that was lost comes back bit for bit.
     trials.unlink()
@@ -140,8 +162,9 @@ ANALYSIS = {"scenarios": 1, "study_figure": 1}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
     (
         (
-            *("alignscores/trajectories/files/tum.py", "alignscores/cli/compare.py"),
+            *("alignscores/io/text.py", "alignscores/cli/compare.py"),
             *("report/page.py", "studies/threshold_study/effects.py"),
+            *("alignscores/rerun.py", "alignscores/evaluation/scoring.py"),
         ),
         {},
     ),
@@ -170,7 +193,7 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(snakemake, tmp_path)
     (copy / "studies" / "beyond" / "scenarios.yaml").write_text(SCENARIOS)
 
     def run(*arguments):
-        done = snakemake(*arguments, "--config", "trials=1", "n_jobs=1", project=copy)
+        done = snakemake(*arguments, "--config", "n_jobs=1", project=copy)
         assert done.returncode == 0, done.text
         return done
 
@@ -204,8 +227,25 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(snakemake, tmp_path)
     assert rerun(*FILES[:3]) == {"trials": 1, "figure": 1, "replicate": 1}
 
 
-def test_trials_rest_on_no_code_that_may_change_without_rerunning_them():
-    """What a sweep of all metrics imports of the project is in the folders that the rule names."""
+def test_an_experiment_of_your_own_changes_nothing_of_the_papers(snakemake, tmp_path):
+    copy = copy_of_the_project(tmp_path / "copy")
+    experiments = copy / "configs" / "experiment"
+    text = (experiments / "outliers.yaml").read_text()
+    (experiments / "circle.yaml").write_text(
+        text.replace("name: outliers", "name: circle").replace(
+            "n_outliers: [0, 1,", "n_outliers: ["
+        )
+    )
+    for target in ("figures", "head_to_head"):
+        planned = snakemake(target, "--dry-run", project=copy).planned
+        assert planned == TARGETS[target] | {target: 1}
+    assert snakemake("results/trials/circle.csv", "--dry-run", project=copy).planned == {
+        "trials": 1
+    }
+
+
+def test_trials_rest_on_no_code_that_may_change_without_rerunning_them(tmp_path):
+    """What a sweep of all metrics imports of the project is in the digest of its rule."""
     code = """
 import sys
 from experiments.config import load_sweep
@@ -219,12 +259,18 @@ print(*filter(None, files), sep="\\n")
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    parts = [Path(line).relative_to(ROOT) for line in done.stdout.splitlines() if str(ROOT) in line]
-    used = {str(path.parent) for path in parts if ".venv" not in path.parts}
-    common = (ROOT / "workflow" / "common.smk").read_text()
-    named = re.search(r"TRIAL_CODE = code\((.*?)\n\)", common, re.DOTALL)
-    assert named
-    assert used == set(re.findall(r'"([^"]+)"', named[1]))
+    paths = [Path(line) for line in done.stdout.splitlines() if line.startswith(f"{ROOT}/")]
+    used = {path for path in paths if ".venv" not in path.parts and path.suffix == ".py"}
+    left_out = re.search(r"leave_out=\((.*?)\)", SNAKEFILE.read_text())
+    assert left_out
+    names = [f"alignscores.{name}" for name in re.findall(r'"(.+?)"', left_out[1])]
+    finder = ModuleFinder([str(ROOT)], excludes=names)
+    finder.import_hook("experiments.run")
+    digested = {Path(module.__file__) for module in finder.modules.values() if module.__file__}
+    assert used <= digested
+    parts = {path.relative_to(ROOT).parts[:2] for path in digested}
+    for other in ("cli", "pages", "evaluation", "trajectories", "rerun.py", "plots.py"):
+        assert ("alignscores", other) not in parts
 
 
 @pytest.mark.slow
@@ -368,22 +414,22 @@ RULES = """
 
 use rule table1 as toy_means with:
     input:
-        code("studies", "studies/toy"),
-        trials=lambda wildcards: trials_of("toy"),
+        lambda w: trials_of("toy"),
     output:
-        RESULTS / "tables" / "toy.csv",
+        RESULTS / "tables/toy.csv",
     params:
         study="toy",
+        code=lambda w: code("studies.__main__", "studies.toy"),
     log:
-        RESULTS / "logs" / "answers" / "toy.log",
+        RESULTS / "logs/answers/toy.log",
     benchmark:
-        RESULTS / "benchmarks" / "answers" / "toy.tsv"
+        RESULTS / "benchmarks/answers/toy.tsv"
 
 
 rule toy:
     input:
         rules.toy_means.output,
-        expand(FIGURE, figure="toy", ext=["pdf", "png"]),
+        expand(RESULTS / "figures/{figure}.{ext}", figure="toy", ext=["pdf", "png"]),
 """
 
 
@@ -395,14 +441,13 @@ def test_a_new_study_is_a_folder_and_a_rule(snakemake, tmp_path):
     folder.mkdir()
     for name, text in TOY.items():
         (folder / name).write_text(text)
-    (copy / "Snakefile").write_text((copy / "Snakefile").read_text() + RULES)
-    figures = copy / "workflow" / "figures.smk"
-    entry = 'STUDY_FIGURES = {\n    "toy": ("studies.toy.figure:draw", ["tables/toy"]),'
-    figures.write_text(figures.read_text().replace("STUDY_FIGURES = {", entry))
-    settings = ["--config", "trials=2", "n_jobs=1"]
+    studies = copy / "workflow" / "studies.smk"
+    entry = 'STUDY_FIGURES = {\n    "toy": ("studies.toy.figure:draw", ["toy"]),'
+    studies.write_text(studies.read_text().replace("STUDY_FIGURES = {", entry) + RULES)
+    settings = ["--config", "trials=2", "results_dir=quick"]
     done = snakemake("toy", *settings, project=copy)
     assert done.returncode == 0, done.text
-    results = copy / "results"
+    results = copy / "quick"
     assert (results / "tables" / "toy.csv").read_text().startswith("metric,mean\nTAS,0.")
     assert (results / "figures" / "toy.png").exists()
     assert snakemake("toy", "--dry-run", *settings, project=copy).planned == {}

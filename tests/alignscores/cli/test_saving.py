@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from evo.tools import file_interface
 
-from alignscores.trajectories.files import read_kitti, read_tum
+from alignscores.io import read_kitti, read_tum
 
 from ..conftest import AT_STAMPS, COLMAP, KITTI, TUM
 

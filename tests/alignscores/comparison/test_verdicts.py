@@ -17,8 +17,8 @@ from alignscores.comparison.runs import COLUMNS, Outcome
 from alignscores.comparison.summary import summarise
 from alignscores.comparison.tables import as_text, tables
 from alignscores.comparison.verdicts import verdict
+from alignscores.io import FORMATS
 from alignscores.texts import text_width
-from alignscores.trajectories.formats import FORMATS
 
 RNG = np.random.default_rng(0)
 GOOD, BAD = (0.7 + 0.01 * RNG.random(10)).tolist(), (0.5 + 0.01 * RNG.random(10)).tolist()

@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import evaluate, tas_profile
 from alignscores.evaluation.evaluation import STATUSES
-from alignscores.trajectories.files import Trajectory, read_kitti, read_tum
+from alignscores.io import Trajectory, read_kitti, read_tum
+from alignscores.metrics import Metric
 
 from ..conftest import FILES
 
@@ -63,7 +64,7 @@ def test_numbers_hang_together(tum):
     names = "TAS", "RAS", "PAS", "half_distance", "half_angle"
     assert [found.value(name) for name in names] == [found.to_dict()[name] for name in names]
     assert found.value("ATE") == found.to_dict()["ate"]
-    assert found.value("half:rotation") == found.half_angle
+    assert found.value("HalfAngle") == found.half_angle
     assert found.value("AUC@30:vggt") == found.metrics["auc@30:vggt"]
     assert found.value("auc@10:vggt") is None  # was not asked for
     assert found.to_dict()["metrics"] == {"RAS": found.ras, **found.metrics}
@@ -139,3 +140,19 @@ def test_the_alignment_takes_the_reference_to_the_estimate():
     assert {key: entry[key] for key in counts} == counts
     assert (entry["TAS"], entry["RAS"], entry["unit"]) == (11 / 12, 11 / 12, 0.1)
     assert entry["body_rotation"] is None
+
+
+def test_functions_are_metrics_next_to_names(tum):
+    def last_error(gt_poses, est_poses):
+        return np.linalg.norm(gt_poses[-1, :3, 3] - est_poses[-1, :3, 3])
+
+    def never(gt_poses, est_poses):
+        return np.nan
+
+    worst = Metric("worst", lambda gt, est: np.nanmax(np.abs(gt - est)), unit="units", needs=())
+    found = tum(metrics=["ate", last_error, worst, never])
+    assert list(found.metrics) == ["last_error", "worst"]
+    assert found.to_dict()["metrics"] == {"ATE": found.ate, **found.metrics}
+    assert found.value("last_error") == found.metrics["last_error"] > 0
+    assert "no value of never: it is not finite" in " ".join(map(str, found.notes))
+    assert found.to_frame()["worst"].item() == found.metrics["worst"]

@@ -1,5 +1,7 @@
 """Time is the measure: the scores of keyframes, of all frames and of interrupted tracks."""
 
+from contextlib import nullcontext, suppress
+
 import numpy as np
 import pytest
 from evo.core import metrics, sync
@@ -7,7 +9,7 @@ from evo.tools import file_interface
 from scipy.spatial.transform import Rotation, Slerp
 
 from alignscores import closest_pair_quartile, evaluate
-from alignscores.trajectories.files import Trajectory, read_tum
+from alignscores.io import Trajectory, read_tum
 
 N, RATE = 2401, 20  # two minutes
 
@@ -188,10 +190,8 @@ def check_that_a_pose_more_makes_no_jump(truth, estimate):
         if row in rows:
             break
         rows = sorted([*rows, row])
-        try:
+        with nullcontext() if len(rows) >= 8 else suppress(ValueError):  # fewer than 4 matched
             pas.append(evaluate(truth, of_rows(estimate, rows)).pas)
-        except ValueError as error:
-            assert len(rows) < 8 and "it takes 4 poses" in str(error)
     changes = np.diff(pas)
     assert changes.max() <= 0.05
     assert changes.min() >= -0.02

@@ -50,8 +50,8 @@ def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path, beyond):
         ("scenarios: {a: {geometry: sphere}}", "scenarios.a: setting 'geometry': must be one of"),
         ("scenarios: {a: {noise: product}}", "scenarios.a: needs noise=paired"),
         (
-            "scenarios: {a: {results_dir: x}}",
-            "scenarios.a may not set results_dir, which holds for all studies",
+            "scenarios: {a: {output: x.csv}}",
+            "scenarios.a may not set output, which holds for all studies",
         ),
         ("settings: {n_jobs: 1}\nscenarios: {a: {}}", "settings may not set n_jobs"),
         (

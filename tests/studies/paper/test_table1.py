@@ -34,7 +34,7 @@ def trials_of(make_up, *, blind=nowhere, turned=nowhere):
 
     def value(metric, cell, trial, rng):
         value = 10 * cell.sigma_t + cell.sigma_r_deg / 10 + 0.01 * rng.random()
-        value *= -1 if METRICS[metric].family.larger_is_better != turned(metric, cell) else 1
+        value *= -1 if METRICS[metric].larger_is_better != turned(metric, cell) else 1
         return 0.5 if blind(metric, cell) else value
 
     return {name: make_up(sweep, value=value, path=f"{name}.csv") for name, sweep in SWEEPS.items()}

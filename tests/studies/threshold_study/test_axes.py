@@ -3,7 +3,7 @@
 import pytest
 
 from experiments.config import ConfigError
-from experiments.metrics import Column
+from experiments.metrics import MetricOptions, Trials, with_options
 from studies.threshold_study.axes import axes_of, plan
 
 
@@ -11,9 +11,10 @@ def test_the_papers_values_are_the_defaults_of_the_metrics():
     """Their columns have no option, so another value here would be compared with itself."""
     axes = axes_of(plan({})["outliers"]["metrics"])
     assert len(axes) == 9
+    trials = Trials([], [], [], MetricOptions())
     for axis in axes:
-        explicit = Column.parse(f"{axis.metric}({axis.option}={axis.paper})")
-        assert explicit.values == Column.parse(axis.metric).values
+        explicit = with_options(axis.metric, {axis.option: axis.paper})
+        assert trials.options(explicit) == trials.options(axis.metric)
 
 
 def test_an_axis_can_be_given_and_keeps_the_papers_value():
