@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .pose import PASResult, pas
     from .registration import Registration
     from .rotation import RASResult, ras
+    from .show import plot, save_page
     from .similarity import Similarity
     from .thresholds import ScoreProfile, ras_angle, ras_profile, tas_distance, tas_profile
     from .translation import TASResult, closest_pair_quartile, tas
@@ -45,9 +46,11 @@ __all__ = [
     "evaluate",
     "nearest_rotations",
     "pas",
+    "plot",
     "ras",
     "ras_angle",
     "ras_profile",
+    "save_page",
     "tas",
     "tas_distance",
     "tas_profile",
@@ -63,6 +66,7 @@ MODULES = {
     "pose": "PASResult pas",
     "registration": "Registration",
     "rotation": "RASResult ras",
+    "show": "plot save_page",
     "similarity": "Similarity",
     "thresholds": "ScoreProfile ras_angle ras_profile tas_distance tas_profile",
     "translation": "TASResult closest_pair_quartile tas",

@@ -51,7 +51,7 @@ def test_a_lost_track_that_is_not_scored():
     half = without(lambda times: times >= 20)
     ignored, failed = (evaluate(TRUTH, half, missing=missing) for missing in ("ignore", "fail"))
     assert [str(note) for note in ignored.notes] == [
-        "only 52% of the time is scored, since the rest has no pose; --missing fail counts it as "
+        "only 52% of the time is scored, since the rest is lost; --missing fail counts it as "
         "failures"
     ]
     assert ignored.pas == 1
@@ -219,7 +219,7 @@ def test_why_a_score_is_low():
 
     assert low(TRUTH) == []
     half = without(lambda times: (times > 5) & (times < 30))
-    assert low(half) == ["PAS 0.43: 57% of the time without a pose, rotations fine"]
+    assert low(half) == ["PAS 0.43: 57% of the time lost, rotations fine"]
     poses, stretch = TRUTH.poses.copy(), (TRUTH.keys > 10) & (TRUTH.keys < 22)
     poses[stretch, :3, 3] += np.random.default_rng(0).normal(0, 9, (stretch.sum(), 3))
     turns = Rotation.random(len(TRUTH.keys), rng=1).as_matrix()

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import scipy
 
-from .arrays import Booleans, Floats
-from .evaluation.evaluation import LOST, Evaluation
-from .extras import require
-from .texts import printable
-from .validation import finite_rows
+from ..arrays import Booleans, Floats
+from ..evaluation.evaluation import LOST, Evaluation
+from ..extras import require
+from ..texts import printable
+from ..validation import finite_rows
 
 rr: Any = require("rerun", "rerun")
 blueprint: Any = require("rerun.blueprint", "rerun")
