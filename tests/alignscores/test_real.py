@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -109,10 +108,8 @@ def test_the_means_of_visual_inertial_systems_on_a_page(real):
     frames = []
     for alignment in ("similarity", "rigid", "yaw"):
         comparison = compare(*paths, jobs=1, format="tum", metrics="ate", alignment=alignment)
-        runs = pd.DataFrame(comparison.to_dict()["results"])
-        runs["ATE"] = [one["ATE"] for one in runs["metrics"]]
         columns = ["TAS", "half_distance", "RAS", "ATE"]
-        frames.append(runs.groupby("system")[columns].mean())
+        frames.append(comparison.runs.groupby("system")[columns].mean())
     for system in frames[0].index:
         cells = [
             " / ".join(f"{frame.loc[system, name]:.3f}" for frame in frames) for name in columns

@@ -122,7 +122,7 @@ def test_it_has_a_number_through_every_door(scene, examples, tmp_path, monkeypat
     assert ("  -  " in out.splitlines()[1]) != has_rotations
 
     compared = compare(str(files["reference"]), str(tmp_path / "{system}/{run}.txt"), **options)
-    (result,) = compared.to_dict()["results"]
+    (result,) = compared.to_dict()["runs"]
     assert result["TAS"] == found["TAS"]
     assert result["RAS"] == found["RAS"]
 
@@ -130,7 +130,7 @@ def test_it_has_a_number_through_every_door(scene, examples, tmp_path, monkeypat
 def by_other_doors(run, reference, estimate):
     """The PAS of the command and of `compare`."""
     printed = json.loads(run(reference, estimate, "--json")[1])["results"]
-    compared = compare(str(reference), [estimate]).to_dict()["results"]
+    compared = compare(str(reference), [estimate]).to_dict()["runs"]
     return [one["PAS"] for one in (*printed, *compared)]
 
 
