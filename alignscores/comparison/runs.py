@@ -238,7 +238,7 @@ def check_file(path: str) -> None:
 
 def reference_of(path: str, settings: Settings) -> Trajectory:
     """Read a reference; each is read once for the runs that follow each other."""
-    names = "format", "ref_topic", "columns", "ref_columns", "rate"
+    names = "format", "ref_topic", "columns", "ref_columns", "ref_invert", "rate"
     return _reference(path, Settings(**{name: getattr(settings, name) for name in names}))
 
 

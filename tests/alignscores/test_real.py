@@ -71,9 +71,9 @@ def shifted(rotations):
 OPENGL = np.diag([1.0, -1.0, -1.0])
 MISTAKES = {
     "": lambda rotations: rotations,
-    "the quaternions seem to have w at the wrong end": shifted,
-    "the rotations in the file seem to be world-to-camera": lambda rotations: rotations.mT,
-    "the camera frame is rotated against the reference's, 180 deg about x": (
+    "the quaternions of the estimate seem to have w at the wrong end": shifted,
+    "the rotations of the estimate seem to be world-to-camera": lambda rotations: rotations.mT,
+    "the camera frame of the estimate is rotated against that of the reference, 180 deg": (
         lambda rotations: rotations @ OPENGL
     ),
 }
@@ -82,7 +82,9 @@ MISTAKES = {
 @each_pair
 def test_each_mistake_of_convention_is_told_by_its_name(real, pair):
     found = evaluate(real / pair.reference, real / pair.estimate, missing="ignore").matches
-    wrongs = {"the poses in the file seem to be world-to-camera": np.linalg.inv(found.est_poses)}
+    wrongs = {
+        "the poses of the estimate seem to be world-to-camera": np.linalg.inv(found.est_poses)
+    }
     for words, mistake in MISTAKES.items():
         wrongs[words] = found.est_poses.copy()
         wrongs[words][:, :3, :3] = mistake(found.est_poses[:, :3, :3])
