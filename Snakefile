@@ -67,8 +67,12 @@ def wanted(table, overrides):
         raise SystemExit(f"snakemake: {error}") from None
 
 
+# What draws figures imports alignscores.show, which trials do not.
+OF_FIGURES = "comparison.comparison", "evaluation", "trajectories"
+
+
 @cache
-def code(*modules, leave_out=("comparison.comparison", "evaluation", "trajectories")):
+def code(*modules, leave_out=("comparison.comparison", "evaluation", "show", "trajectories")):
     """Return a digest of some modules of the project and of all that they import of it."""
     # alignscores imports these when they are asked for, which trials do not.
     finder = ModuleFinder([str(ROOT)], excludes=[f"alignscores.{name}" for name in leave_out])
@@ -141,7 +145,7 @@ rule figure:
         figure="|".join(FIGURES),
     params:
         draw="{figure}",
-        code=lambda w: code("figures.__main__"),
+        code=lambda w: code("figures.__main__", leave_out=OF_FIGURES),
     log:
         RESULTS / "logs/figures/{figure}.log",
     benchmark:

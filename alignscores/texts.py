@@ -5,12 +5,13 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from io import StringIO
+from itertools import takewhile
 from pathlib import Path
 from reprlib import Repr
 from typing import Any
 
-__all__ = ["WIDTH", "alike", "brief", "csv_text", "first_few", "numbered", "padded", "printable"]
-__all__ += ["shortened", "text_width", "unique_names"]
+__all__ = ["WIDTH", "alike", "brief", "csv_text", "distinct", "first_few", "numbered", "padded"]
+__all__ += ["printable", "shortened", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
 FEW = 5  # entries of a list that a message shows
@@ -47,6 +48,37 @@ def shortened(text: str, width: int) -> str:
     """Cut the middle out of a long text."""
     half = (width - 1) // 2
     return text if len(text) <= width else f"{text[:half]}…{text[-half:]}"
+
+
+def distinct(names: Sequence[str], width: int) -> list[str]:
+    """Shorten names to a width, but keep what tells them apart; names that are short stay whole.
+
+    What all have in common is cut first, then the middle of each. Names that this makes equal are
+    shortened among themselves.
+    """
+    if all(len(name) <= width for name in names):
+        return list(names)
+    begin = _common_start(names) if names[1:] else ""
+    rest = [name[len(begin) :] for name in names]
+    end = _common_start([name[::-1] for name in rest])[::-1] if names[1:] else ""
+    cores = [name.removesuffix(end) for name in rest]
+    spare = max(width - max(map(len, cores)), 8)  # for what is next to the difference
+    end = end if len(end) <= spare // 2 else f"{end[: spare // 2 - 1]}…"
+    n_begin = spare - len(end)
+    begin = begin if len(begin) <= n_begin else f"…{begin[len(begin) - n_begin + 1 :]}"
+    short = [f"{begin}{shortened(core, width - len(begin) - len(end))}{end}" for core in cores]
+    for one in {one for one in short if short.count(one) > 1}:
+        equal = [index for index, own in enumerate(short) if own == one]
+        if len(equal) < len(names):
+            own = distinct([names[index] for index in equal], width)
+            short = [own[equal.index(k)] if k in equal else s for k, s in enumerate(short)]
+    return short
+
+
+def _common_start(texts: Sequence[str]) -> str:
+    first, last = min(texts), max(texts)
+    pairs = zip(first, last, strict=False)
+    return "".join(letter for letter, _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
 
 
 def printable(text: str) -> str:

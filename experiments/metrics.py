@@ -16,9 +16,18 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+    ValidationError,
+    create_model,
+    model_validator,
+)
 from pydantic.dataclasses import dataclass as checked_dataclass
-from pydantic_core import core_schema
 
 from alignscores import Similarity, tas, tas_distance
 from alignscores import metrics as library
@@ -423,10 +432,10 @@ class _OptionsOf:
 
     function: Callable[..., Any]
 
-    def __get_pydantic_core_schema__(self, _: Any, handler: Any) -> core_schema.CoreSchema:
-        as_dict = core_schema.plain_serializer_function_ser_schema(dict)
-        return core_schema.no_info_after_validator_function(
-            dict, handler.generate_schema(_model(self.function)), serialization=as_dict
+    def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> Any:
+        model = _model(self.function)
+        return handler.generate_schema(
+            Annotated[model, AfterValidator(dict), PlainSerializer(dict)]
         )
 
 

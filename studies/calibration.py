@@ -17,7 +17,7 @@ from alignscores.comparison.benchmark import Run
 from alignscores.comparison.runs import COLUMNS, Outcome
 from alignscores.comparison.statistics import LEVEL, holm, rank_test, sequence_test
 from alignscores.comparison.summary import Summary, summarise
-from alignscores.trajectories.formats import FORMATS
+from alignscores.io import FORMATS
 
 __all__ = ["SCATTERS", "Case", "failing_gates", "found"]
 

@@ -289,4 +289,4 @@ use rule figure as study_figure with:
         figure="|".join(STUDY_FIGURES),
     params:
         draw=lambda w: STUDY_FIGURES[w.figure][0],
-        code=lambda w: code("figures.__main__", STUDY_FIGURES[w.figure][0].split(":")[0]),
+        code=lambda w: code("figures.__main__", STUDY_FIGURES[w.figure][0].split(":")[0], leave_out=OF_FIGURES),

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..io import FAILURES
 from ..streams import discard_output
-from ..trajectories.files import FAILURES
 from . import compare, score
 from .metrics import listing
 from .output import one_line, print_error

@@ -14,9 +14,9 @@ from ..comparison.gate import Condition, conditions_of, reasons_to_fail
 from ..comparison.runs import COLUMNS
 from ..comparison.summary import Result
 from ..evaluation.settings import Settings
+from ..io import FORMATS
 from ..metrics import metric
 from ..texts import printable
-from ..trajectories.formats import FORMATS
 from ..writing import write_whole
 from .output import print_error, print_note, show_progress
 from .parser import Parser, output_file

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..evaluation.settings import Settings
+from ..io import FileError
+from ..io.files import read_text
 from ..metrics import metric
 from ..texts import first_few, printable
-from ..trajectories.files import FileError
-from ..trajectories.files.text import read_text
 from .benchmark import Run
 from .runs import COLUMNS, Outcome
 from .statistics import LEVEL, holm

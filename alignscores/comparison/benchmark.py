@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ..evaluation.settings import Settings
+from ..extras import require
+from ..io import recognise
 from ..texts import brief, first_few, printable, unique_names
-from ..trajectories.extras import require
-from ..trajectories.recognition import recognise
 from ..validation import check_positive
 from .patterns import Pattern
 

@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from ..evaluation.reading import files_below
+from ..io.files import FileError, open_file
 from ..version import __version__
 
 __all__ = ["file_of"]
+
+MAX_BYTES = 10**13  # of a bag
 
 
 def file_of(folder: Path, settings: Mapping[str, Any], paths: Iterable[str]) -> Path:
@@ -25,8 +28,8 @@ def _content_hash(path: str) -> str:
         name = file.suffix if file == Path(path) else file.relative_to(path).as_posix()
         digest.update(f"{name}\0".encode())
         try:
-            with file.open("rb") as opened:
+            with open_file(file, MAX_BYTES) as opened:
                 digest.update(hashlib.file_digest(opened, "sha256").digest())
-        except OSError:  # whoever reads it says why
+        except (FileError, OSError):  # whoever reads it says why
             pass
     return digest.hexdigest()

@@ -11,11 +11,10 @@ from typing import Any
 from ..evaluation.evaluation import LOST, finite_or_none
 from ..evaluation.notes import collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings, changed
+from ..extras import require
+from ..io import FAILURES, read_stamps, recognise
 from ..metrics import metric
 from ..texts import alike, first_few, printable
-from ..trajectories.extras import require
-from ..trajectories.files import FAILURES, read_stamps
-from ..trajectories.recognition import recognise
 from ..version import __version__
 from ..writing import write_whole
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml

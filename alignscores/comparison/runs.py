@@ -16,8 +16,9 @@ from ..evaluation.notes import collected_warnings, why
 from ..evaluation.reading import read_reference
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
+from ..io import FAILURES, FileError, Trajectory
+from ..io.files import read_bytes
 from ..metrics import metric
-from ..trajectories.files import FAILURES, FileError, Trajectory
 from ..validation import finite_rows
 from ..writing import write_whole
 from .cache import file_of
@@ -173,10 +174,15 @@ def _score(evaluation: Evaluation, name: str) -> float:
 def _stored(file: Path) -> Outcome | None:
     """Return the outcome in a file of the cache, None where there is none."""
     try:
-        stored = json.loads(file.read_bytes())
+        stored = json.loads(read_bytes(file))
         for name, value in vars(Outcome({})).items():
             if isinstance(value, np.ndarray):
                 stored[name] = np.array(stored[name], value.dtype)
+            elif isinstance(value, float):
+                stored[name] = float(stored[name])
+            elif not isinstance(stored[name], type(value)):
+                return None
+        stored["scores"] = {name: float(score) for name, score in stored["scores"].items()}
         return Outcome(**stored)
     except (AttributeError, KeyError, OSError, TypeError, ValueError):
         return None

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
+from ..io import Format
 from ..metrics import header, metric
-from ..trajectories.formats import Format
 from . import statistics
 from .benchmark import Run
 from .runs import COLUMNS, Outcome

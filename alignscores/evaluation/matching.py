@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
-from ..trajectories.files import Trajectory, read_stamps
+from ..io import Trajectory, read_stamps
 from ..trajectories.timeline import (
     covered_frames,
     nearest_stamps,

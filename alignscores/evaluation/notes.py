@@ -8,9 +8,9 @@ from contextlib import contextmanager
 import numpy as np
 
 from ..arrays import Booleans, Floats
+from ..io import TrajectoryWarning
 from ..texts import printable
 from ..trajectories.conventions import describe_rotation, find_convention
-from ..trajectories.files import TrajectoryWarning
 from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .evaluation import Evaluation, Note
@@ -113,10 +113,10 @@ def few_poses(evaluation: Evaluation) -> Note | None:
 
 
 def ignored_time(evaluation: Evaluation) -> Note | None:
-    """Note much time without a pose that --missing ignore leaves out."""
+    """Note much lost time that --missing ignore leaves out."""
     if evaluation.lost <= SOME or evaluation.settings.missing != "ignore":
         return None
-    text = f"only {1 - evaluation.lost:.0%} of the time is scored, since the rest has no pose"
+    text = f"only {1 - evaluation.lost:.0%} of the time is scored, since the rest is lost"
     return Note("ignored", text, "--missing fail counts it as failures")
 
 
@@ -200,7 +200,7 @@ def convention(evaluation: Evaluation) -> Note | None:
 
 
 def low_score(evaluation: Evaluation) -> Note | None:
-    """Note why a PAS is below one half: frames without a pose, positions, or rotations."""
+    """Note why a PAS is below one half: lost frames, positions, or rotations."""
     if evaluation.pas >= 0.5:
         return None
     tas, ras, matches = evaluation.result.tas, evaluation.result.ras, evaluation.matches
@@ -209,7 +209,7 @@ def low_score(evaluation: Evaluation) -> Note | None:
     reasons = []
     if evaluation.lost > SOME:
         of = "time" if matches.timed else "frames"
-        reasons.append(f"{evaluation.lost:.0%} of the {of} without a pose")
+        reasons.append(f"{evaluation.lost:.0%} of the {of} lost")
     if np.mean(far) > SOME:
         where = _stretch(matches.keys - evaluation.reference.keys[0], far) if matches.timed else ""
         reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Booleans, Indices
-from ..trajectories.files import (
+from ..io import (
     FilePath,
     Trajectory,
     TrajectoryWarning,
+    in_seconds,
     inverse_poses,
+    is_model,
     read_colmap,
+    recognise,
 )
-from ..trajectories.files.colmap import is_model
-from ..trajectories.files.stamps import in_seconds
-from ..trajectories.recognition import recognise
 from ..trajectories.timeline import reference_gap
 from ..validation import finite_rows, real_array
 from .settings import Settings

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats
+from ..io import FilePath, Trajectory
 from ..metrics import SCORES, Metric, metric
 from ..pose import PASResult, pas
 from ..registration import Registration
@@ -18,7 +19,6 @@ from ..similarity import Similarity, least_squares_rmse
 from ..texts import unique_names
 from ..thresholds import tas_distance, too_few
 from ..trajectories.conventions import find_convention, rotate_cameras
-from ..trajectories.files import FilePath, Trajectory
 from ..trajectories.lever import LeverArm, find_lever_arm, with_lever_arm
 from ..translation import tas
 from ..validation import AlignmentWarning, finite_rows

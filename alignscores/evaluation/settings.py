@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
+from ..extras import require
+from ..io import FORMATS, FilePath, Format, parse_columns
 from ..metrics import metric, split_names
 from ..registration import REGISTRATIONS
 from ..similarity import ALIGNMENTS, UP
 from ..texts import brief, printable
-from ..trajectories.extras import require
-from ..trajectories.files import FilePath, parse_columns
-from ..trajectories.formats import FORMATS, Format
 
 __all__ = ["Option", "Settings", "changed", "options"]
 

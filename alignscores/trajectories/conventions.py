@@ -18,9 +18,9 @@ import numpy as np
 
 from ..arrays import Floats
 from ..averaging import angles_and_axes, project_to_rotation, rotation_angles, tlud_mean
+from ..io import inverse_poses
 from ..registration import pcr99
 from ..validation import finite_rows
-from .files import inverse_poses
 
 __all__ = ["Convention", "describe_rotation", "find_convention", "rotate_cameras"]
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from ..arrays import Floats
 from ..averaging import rotation_from_vector
+from ..io import Trajectory
 from ..similarity import Similarity
 from ..translation import tas
 from ..validation import finite_rows
-from .files import Trajectory
 
 __all__ = ["LeverArm", "find_lever_arm", "with_lever_arm"]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Booleans, Floats, Indices
 from ..averaging import angles_and_axes, rotation_angles, rotations_from_quaternions
-from .files import Trajectory
+from ..io import Trajectory
 
 __all__ = [
     "breaks",

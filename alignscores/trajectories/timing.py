@@ -11,8 +11,8 @@ import numpy as np
 
 from ..arrays import Floats
 from ..averaging import rotation_angles
+from ..io import Trajectory
 from ..validation import finite_rows
-from .files import Trajectory
 from .timeline import reference_at
 
 __all__ = ["TimeOffset", "find_offset"]

@@ -22,8 +22,8 @@ from alignscores.evaluation.notes import collected_warnings
 from alignscores.evaluation.reading import files_below, read_estimate, read_reference
 from alignscores.evaluation.scoring import score
 from alignscores.evaluation.settings import Settings
+from alignscores.io import Trajectory
 from alignscores.metrics import split_names
-from alignscores.trajectories.files import Trajectory
 from alignscores.trajectories.timing import find_offset
 from alignscores.validation import finite_rows
 from baselines import dre, dte, maa

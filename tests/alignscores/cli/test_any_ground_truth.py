@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import compare, evaluate
-from alignscores.trajectories.files import read_tum
+from alignscores.io import read_tum
 
 NO_RAS = "the reference has no rotations: RAS and PAS have no value"
 NO_EST_RAS = "it has no rotations: RAS and PAS have no value"

@@ -7,8 +7,8 @@ import pytest
 
 import alignscores
 from alignscores.evaluation.settings import options
+from alignscores.io import FORMATS
 from alignscores.metrics import METRICS
-from alignscores.trajectories.formats import FORMATS
 
 from ..conftest import COLMAP, TUM
 
@@ -17,7 +17,7 @@ WRONG = [
     ([], "the following arguments are required: REF EST; see alignscores --help"),
     (["tum/reference.txt"], "give a reference and at least one estimate"),
     (["tum", "reference"], "give a reference and at least one estimate"),
-    (["sfm", "a", "b"], "'sfm' is neither a file nor a format (tum, kitti, euroc, colmap,"),
+    (["sfm", "a", "b"], "'sfm' is neither a file nor a format (tum, kitti, euroc, names,"),
     ([*TUM, "--registration", "none"], "argument --registration: invalid choice"),
     ([*TUM, "--nothing", "-x"], "unrecognized arguments: --nothing -x; see alignscores --help"),
     ([*TUM, "--repeat", "0"], "repeat must be a whole number of at least 1, not '0'"),
@@ -28,7 +28,7 @@ WRONG = [
     ([*TUM, "--metrics", "auc@30"], "'auc@30'; close to it are auc@30:"),
     ([*COLMAP, "--save_aligned", "x.txt"], "--save_aligned cannot write colmap files"),
     (["compare"], "the following arguments are required: [FORMAT] REF EST; see alignscores comp"),
-    (["compare", "sfm", "a", "b"], "give a format (tum, kitti, euroc, colmap, matrices, arrays, "),
+    (["compare", "sfm", "a", "b"], "give a format (tum, kitti, euroc, names, hloc, colmap, "),
     ([*COMPARE, "--html", "page.txt"], "argument --html: page.txt does not end in .html"),
     ([*COMPARE, "--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),
     ([*COMPARE, "--by", "rpe@1m"], "argument --by: must be one of TAS, RAS, PAS, half_distance"),

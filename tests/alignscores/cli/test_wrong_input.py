@@ -108,7 +108,7 @@ CASES = {  # "format file what": its edit, the message
     ),
     "tum estimate one stamp for all": (
         lambda lines: [f"1700000000 {i} 2 3 0 0 0 1" for i in range(9)],
-        "bad: all 9 time stamps of the estimate are the same$",
+        "bad, line 2: 8 of 9 poses have the time stamp of another one, such as 17",
     ),
     "kitti estimate a line less": (
         lambda lines: lines[:-1],

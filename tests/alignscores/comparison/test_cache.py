@@ -62,3 +62,11 @@ def test_a_folder_that_cannot_be_written_to_is_noted(files, run):
     code, out, err = run(*FILES, "--cache", "gt.ref")
     assert (code, out) == run(*FILES)[:2]
     assert err.count("is not stored in gt.ref: ") == 2  # one a system
+
+
+def test_a_number_that_is_none_is_computed_again(files, run):
+    expected = run(*FILES, "--json", "--cache", "cache")
+    for entry in ({"unit": "abc"}, {"n": "abc"}, {"scores": {"TAS": [1]}}, {"lost": None}):
+        for path in (files / "cache").iterdir():
+            path.write_text(json.dumps({**json.loads(path.read_text()), **entry}))
+        assert run(*FILES, "--json", "--cache", "cache") == expected

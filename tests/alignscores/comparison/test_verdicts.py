@@ -17,8 +17,8 @@ from alignscores.comparison.runs import COLUMNS, Outcome
 from alignscores.comparison.summary import summarise
 from alignscores.comparison.tables import as_text, tables
 from alignscores.comparison.verdicts import verdict
+from alignscores.io import FORMATS
 from alignscores.texts import text_width
-from alignscores.trajectories.formats import FORMATS
 
 RNG = np.random.default_rng(0)
 GOOD, BAD = (0.7 + 0.01 * RNG.random(10)).tolist(), (0.5 + 0.01 * RNG.random(10)).tolist()
@@ -183,10 +183,10 @@ def test_markdown_has_verdict_and_tables(patterns, run, tmp_path):
 
 def test_why_scores_are_low_is_told_with_verbose(benchmark_of, run):
     patterns = benchmark_of({"a": (0.5, 10.0, 1, 0.5)}, ["car"], runs=2)
-    assert "without a pose, " not in run(*patterns)[2]
+    assert " of the time lost, " not in run(*patterns)[2]
     reason = re.search(r"run 0: (PAS .*)\n", told := run(*patterns, "--verbose")[2])[1]
     assert reason in json.loads(run(*patterns, "--json")[1])["results"][0]["notes"]
-    assert re.search(r"note: car, a, run 0: PAS 0\.\d\d: 4\d% of the time without a pose, ", told)
+    assert re.search(r"note: car, a, run 0: PAS 0\.\d\d: 4\d% of the time lost, ", told)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no limit of what is written")

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import evaluate
-from alignscores.trajectories.files import Trajectory, read_tum
+from alignscores.io import Trajectory, read_tum
 
 TIMES = np.arange(1200) / 20
 

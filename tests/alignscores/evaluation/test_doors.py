@@ -7,9 +7,8 @@ import pytest
 
 from alignscores import compare, evaluate
 from alignscores.evaluation.evaluation import finite_or_none
+from alignscores.io import FORMATS, inverse_poses, read_stamps
 from alignscores.metrics import metric
-from alignscores.trajectories.files import inverse_poses, read_stamps
-from alignscores.trajectories.formats import FORMATS
 
 from ..conftest import FILES, write_poses
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from alignscores import closest_pair_quartile, evaluate
-from alignscores.trajectories.files import (
+from alignscores.io import (
     Trajectory,
     inverse_poses,
     read_kitti,

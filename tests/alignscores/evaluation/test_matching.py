@@ -10,7 +10,7 @@ from evo.core.sync import matching_time_indices
 from alignscores import Settings
 from alignscores.evaluation.matching import match as match_poses
 from alignscores.evaluation.reading import read_reference
-from alignscores.trajectories.files import Trajectory, TrajectoryWarning
+from alignscores.io import Trajectory, TrajectoryWarning
 
 # Every pose of the reference is expected, and takes the pose of its own moment.
 AT_ITS_STAMP = {"sync": "nearest", "max_gap": 0.0, "rate": "all"}

@@ -7,7 +7,7 @@ from evo.tools import file_interface
 from scipy.spatial.transform import Rotation, Slerp
 
 from alignscores import closest_pair_quartile, evaluate
-from alignscores.trajectories.files import Trajectory, read_tum
+from alignscores.io import Trajectory, read_tum
 
 N, RATE = 2401, 20  # two minutes
 

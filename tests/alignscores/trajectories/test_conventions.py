@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import Trajectory, evaluate, ras
-from alignscores.trajectories.files import inverse_poses
+from alignscores.io import inverse_poses
 
 OPENGL = np.diag([1.0, -1.0, -1.0])
 BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
