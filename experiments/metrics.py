@@ -29,7 +29,7 @@ from pydantic import (
 )
 from pydantic.dataclasses import dataclass as checked_dataclass
 
-from alignscores import Similarity, ras, tas, tas_distance
+from alignscores import Similarity, tas, tas_distance
 from alignscores import metrics as library
 from alignscores.arrays import Floats
 from alignscores.histogram import equal_steps, score_of
@@ -37,8 +37,10 @@ from alignscores.metrics import Metric, NoValueError
 from alignscores.metrics.base import find
 from alignscores.paper import literal_frames
 from alignscores.registration import Registration, pcr99
+from alignscores.rotation import align_rotations
 from alignscores.thresholds import N_THRESHOLDS, smallest_unit
 from alignscores.translation import closest_pair_quartile
+from alignscores.validation import check_rotations
 from baselines import ate, dte, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.rotation import aligned_angles
@@ -296,10 +298,16 @@ def _closest_pairs(positions: Floats) -> Floats:
 
 
 def _rotation_errors(trials: Trials) -> list[Floats]:
-    errors: list[Floats] = trials.share(
-        "rotation errors",
-        lambda: [ras(scene.gt_rotations, scene.est_rotations).errors for scene in trials.scenes],
-    )
+    """Return the errors of the RAS: all rotations are checked at once."""
+
+    def compute() -> list[Floats]:
+        pairs = [(scene.gt_rotations, scene.est_rotations) for scene in trials.scenes]
+        gt, est = map(np.concatenate, zip(*pairs, strict=True))
+        check_rotations(gt, "gt_rotations", complete=True)
+        check_rotations(est, "est_rotations", complete=False)
+        return [align_rotations(*pair)[1] for pair in pairs]
+
+    errors: list[Floats] = trials.share("rotation errors", compute)
     return errors
 
 
