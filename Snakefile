@@ -111,8 +111,12 @@ def wanted_replicate(number):
     return settings_file(RESULTS, f"replicates/{number}", sweeps)
 
 
+# What draws figures imports alignscores.show, which trials do not.
+OF_FIGURES = "comparison.comparison", "evaluation", "trajectories"
+
+
 @cache
-def code(*modules, leave_out=("comparison.comparison", "evaluation", "trajectories")):
+def code(*modules, leave_out=("comparison.comparison", "evaluation", "show", "trajectories")):
     """Return a digest of some modules of the project and of all that they import of it."""
     # alignscores imports these when they are asked for, which trials do not.
     finder = ModuleFinder([str(ROOT)], excludes=[f"alignscores.{name}" for name in leave_out])
@@ -207,7 +211,7 @@ rule figure:
         figure="|".join(FIGURES),
     params:
         draw="{figure}",
-        code=lambda w: code("figures.__main__"),
+        code=lambda w: code("figures.__main__", leave_out=OF_FIGURES),
     log:
         RESULTS / "logs/figures/{figure}.log",
     benchmark:
@@ -440,7 +444,7 @@ use rule figure as study_figure with:
         figure="|".join(STUDY_FIGURES),
     params:
         draw=lambda w: STUDY_FIGURES[w.figure],
-        code=lambda w: code("figures.__main__", STUDY_FIGURES[w.figure].split(":")[0]),
+        code=lambda w: code("figures.__main__", STUDY_FIGURES[w.figure].split(":")[0], leave_out=OF_FIGURES),
 
 
 # Everything in one file, by Snakemake itself; it needs the extra `reports`.

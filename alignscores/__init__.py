@@ -18,12 +18,13 @@ if TYPE_CHECKING:
     from .comparison import Comparison, compare
     from .evaluation import Evaluation, Settings, evaluate
     from .histogram import AlignmentScore
+    from .io import Trajectory
     from .pose import PASResult, pas
     from .registration import Registration
     from .rotation import RASResult, ras
+    from .show import plot, save_page
     from .similarity import Similarity
     from .thresholds import ScoreProfile, ras_angle, ras_profile, tas_distance, tas_profile
-    from .trajectories.files import Trajectory
     from .translation import TASResult, closest_pair_quartile, tas
     from .validation import AlignmentWarning
 
@@ -45,9 +46,11 @@ __all__ = [
     "evaluate",
     "nearest_rotations",
     "pas",
+    "plot",
     "ras",
     "ras_angle",
     "ras_profile",
+    "save_page",
     "tas",
     "tas_distance",
     "tas_profile",
@@ -59,12 +62,13 @@ MODULES = {
     "comparison": "Comparison compare",
     "evaluation": "Evaluation Settings evaluate",
     "histogram": "AlignmentScore",
+    "io": "Trajectory",
     "pose": "PASResult pas",
     "registration": "Registration",
     "rotation": "RASResult ras",
+    "show": "plot save_page",
     "similarity": "Similarity",
     "thresholds": "ScoreProfile ras_angle ras_profile tas_distance tas_profile",
-    "trajectories.files": "Trajectory",
     "translation": "TASResult closest_pair_quartile tas",
     "validation": "AlignmentWarning",
 }

@@ -98,7 +98,7 @@ def geodesic_l1_means(
         stacks = rotations if len(moving) == len(rotations) else rotations[moving]
         angles, axes = angles_and_axes(stacks, means[moving])
         away = angles > COINCIDENT
-        resting = angles.shape[1] - np.count_nonzero(away, axis=1)
+        resting = angles.shape[1] - away.sum(axis=1)  # faster than count_nonzero
         pull, slowness = axes.sum(axis=2), (1 / np.where(away, angles, 1.0)).sum(axis=1)
         for row in np.flatnonzero(resting).tolist():
             some = away[row]

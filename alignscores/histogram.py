@@ -53,7 +53,7 @@ class AlignmentScore:
 
 def cumulative_frequency(errors: Floats, thresholds: Floats) -> NDArray[np.int64]:
     """Return the number of errors strictly below each threshold: ``f_k`` of figure 1."""
-    return np.searchsorted(np.sort(errors), thresholds, side="left").astype(np.int64, copy=False)
+    return np.sort(errors).searchsorted(thresholds).astype(np.int64, copy=False)
 
 
 def area(frequency: NDArray[np.int64], n: int) -> float:

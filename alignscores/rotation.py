@@ -21,7 +21,7 @@ from .validation import (
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["RASResult", "ras"]
+__all__ = ["RASResult", "align_rotations", "ras"]
 
 CAMERAS_AT_ONCE = 1 << 14  # whose errors are computed
 
@@ -140,20 +140,8 @@ def _checked_ras(
     """Return the RAS of checked rotations; a warning points to the caller of `ras` or `pas`."""
     check_alignment(alignment, up)
     thresholds = equal_steps(max_threshold_deg, n_thresholds, "max_threshold_deg")
-    estimated = finite_rows(est)
-    errors = np.full(len(gt), np.inf)
-    Q = None
-    if estimated.any():
-        gt, est = (gt, est) if estimated.all() else (gt[estimated], est[estimated])
-        # Step 1: the alignment is the robust average of the rotations from camera to camera.
-        Q = _average(est @ gt.swapaxes(1, 2), alignment, up)
-        # Step 2: the angular errors, and their cumulative frequencies f_k.
-        errors[estimated] = np.concatenate(
-            [
-                rotation_angles((Q @ gt[block]).swapaxes(1, 2) @ est[block])
-                for block in _blocks(len(gt))
-            ]
-        )
+    # Steps 1 and 2: the alignment, and the angular errors with their cumulative frequencies f_k.
+    Q, errors = align_rotations(gt, est, alignment, up)
     frequency = cumulative_frequency(errors, thresholds)
     # Step 3: the RAS is the normalised sum of the f_k (eq. 4).
     score = area(frequency, len(errors))
@@ -168,6 +156,25 @@ def _checked_ras(
         cumulative_frequency=frequency,
         alignment=Q,
     )
+
+
+def align_rotations(
+    gt: Floats, est: Floats, alignment: str = "similarity", up: str = "z"
+) -> tuple[Floats | None, Floats]:
+    """Return the alignment of checked rotations (n, 3, 3), and their errors (n,) in degrees."""
+    estimated = finite_rows(est)
+    errors = np.full(len(gt), np.inf)
+    if not estimated.any():
+        return None, errors
+    if not estimated.all():
+        gt, est = gt[estimated], est[estimated]
+    # Step 1: the alignment is the robust average of the rotations from camera to camera.
+    Q = _average(est @ gt.swapaxes(1, 2), alignment, up)
+    # Step 2: the angular errors.
+    errors[estimated] = np.concatenate(
+        [rotation_angles((Q @ gt[block]).swapaxes(1, 2) @ est[block]) for block in _blocks(len(gt))]
+    )
+    return Q, errors
 
 
 def _average(rotations: Floats, alignment: str, up: str) -> Floats:

@@ -5,12 +5,13 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from io import StringIO
+from itertools import takewhile
 from pathlib import Path
 from reprlib import Repr
 from typing import Any
 
-__all__ = ["WIDTH", "alike", "brief", "csv_text", "first_few", "numbered", "padded", "printable"]
-__all__ += ["shortened", "text_width", "unique_names"]
+__all__ = ["WIDTH", "alike", "brief", "csv_text", "distinct", "first_few", "numbered", "padded"]
+__all__ += ["printable", "shortened", "text_table", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
 FEW = 5  # entries of a list that a message shows
@@ -49,6 +50,37 @@ def shortened(text: str, width: int) -> str:
     return text if len(text) <= width else f"{text[:half]}…{text[-half:]}"
 
 
+def distinct(names: Sequence[str], width: int) -> list[str]:
+    """Shorten names to a width, but keep what tells them apart; names that are short stay whole.
+
+    What all have in common is cut first, then the middle of each. Names that this makes equal are
+    shortened among themselves.
+    """
+    if all(len(name) <= width for name in names):
+        return list(names)
+    begin = _common_start(names) if names[1:] else ""
+    rest = [name[len(begin) :] for name in names]
+    end = _common_start([name[::-1] for name in rest])[::-1] if names[1:] else ""
+    cores = [name.removesuffix(end) for name in rest]
+    spare = max(width - max(map(len, cores)), 8)  # for what is next to the difference
+    end = end if len(end) <= spare // 2 else f"{end[: spare // 2 - 1]}…"
+    n_begin = spare - len(end)
+    begin = begin if len(begin) <= n_begin else f"…{begin[len(begin) - n_begin + 1 :]}"
+    short = [f"{begin}{shortened(core, width - len(begin) - len(end))}{end}" for core in cores]
+    for one in {one for one in short if short.count(one) > 1}:
+        equal = [index for index, own in enumerate(short) if own == one]
+        if len(equal) < len(names):
+            own = distinct([names[index] for index in equal], width)
+            short = [own[equal.index(k)] if k in equal else s for k, s in enumerate(short)]
+    return short
+
+
+def _common_start(texts: Sequence[str]) -> str:
+    first, last = min(texts), max(texts)
+    pairs = zip(first, last, strict=False)
+    return "".join(letter for letter, _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+
+
 def printable(text: str) -> str:
     """Return a text in which escapes replace control characters and bytes that are not UTF-8."""
     return "".join(letter if letter.isprintable() else _escape(letter) for letter in text)
@@ -85,6 +117,26 @@ def padded(text: str, width: int) -> str:
     """Fill a text with blanks at its end; of a negative width, at its start."""
     blanks = " " * (abs(width) - text_width(text))
     return text + blanks if width > 0 else blanks + text
+
+
+def text_table(rows: Sequence[Sequence[str]], columns: int) -> str:
+    """Return rows for a terminal, in parts, each with the first column, if they are too wide."""
+    blocks, start = [], 1
+    while start < len(rows[0]):
+        end = len(rows[0])
+        while end > start + 1 and text_width(_block(rows, start, end)[0]) > columns:
+            end -= 1
+        blocks.append("\n".join(line.rstrip() for line in _block(rows, start, end)))
+        start = end
+    return "\n\n".join(blocks)
+
+
+def _block(rows: Sequence[Sequence[str]], start: int, end: int) -> list[str]:
+    """Return some columns with the first, their cells below each other."""
+    chosen = [[row[0], *row[start:end]] for row in rows]
+    first, *others = [max(map(text_width, column)) for column in zip(*chosen, strict=True)]
+    widths = [first, *(-width for width in others)]  # numbers end below each other
+    return ["  ".join(map(padded, row, widths)) for row in chosen]
 
 
 def unique_names(files: Sequence[str]) -> list[str]:

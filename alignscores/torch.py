@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from .extras import require
 from .metrics import NoValueError, metric
 from .pose import pas
 from .rotation import ras
-from .trajectories.extras import require
 from .translation import UndefinedUnitError
 from .validation import AlignmentWarning
 

@@ -184,8 +184,8 @@ def _check_orthonormal(rotations: Floats, name: str, tolerance: float) -> None:
         deviation = np.fmax.reduce(np.abs(gram, out=gram))
         minors = b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]
         determinant = a[0] * minors[0] + a[1] * minors[1] + a[2] * minors[2]
-    wrong = ((deviation > tolerance) | (determinant < 0)) & finite_rows(rotations)
-    if wrong.any():
+    wrong = (deviation > tolerance) | (determinant < 0)
+    if wrong.any() and (wrong := wrong & finite_rows(rotations)).any():
         row = int(np.argmax(wrong))
         reason = (
             f"R^T R differs from the identity by {deviation[row]:.1e}, and {tolerance:g} is "

@@ -1,10 +1,11 @@
 """Files of YAML, of at most 1 MB. It needs PyYAML: import it where a file is read."""
 
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import yaml
+
+from .io.files import FileError, read_bytes
 
 __all__ = ["load_yaml"]
 
@@ -14,13 +15,9 @@ MAX_BYTES = 10**6
 def load_yaml(path: str | PathLike[str]) -> Any:
     """Return the content of a file, or raise ValueError with the reason in one line."""
     try:
-        with Path(path).open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
-            raise ValueError(f"it has more than {MAX_BYTES // 10**6} MB")
-        return yaml.safe_load(data)
-    except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror}") from None
+        return yaml.safe_load(read_bytes(path, MAX_BYTES))
+    except FileError as error:
+        raise ValueError(error.reason) from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:
         raise ValueError(f"cannot be read: {' '.join(str(error).split())}") from None
     except RecursionError:

@@ -94,7 +94,7 @@ def _read(path: Path) -> pd.DataFrame:
 def _settings(path: Path) -> dict[str, Any]:
     """Return the settings of a table of trials, as they are published."""
     (sweep,) = read_record(path).sweeps
-    settings = TypeAdapter(Sweep).dump_python(sweep, mode="json")
+    settings = TypeAdapter(Sweep).dump_python(sweep)
     return flat({key: value for key, value in settings.items() if key not in NOT_SET})
 
 

@@ -284,7 +284,7 @@ def settings_file(results: Path, table: str, sweeps: Sequence[Sweep]) -> Path:
     So the rule runs again whoever wrote the table, with or without a record by Snakemake.
     """
     path, record = results / "settings" / f"{table}.json", results / f"{table}.json"
-    wanted = json.loads(json.dumps(TypeAdapter(list[Sweep]).dump_python(list(sweeps), mode="json")))
+    wanted = json.loads(json.dumps(TypeAdapter(list[Sweep]).dump_python(list(sweeps))))
     recorded, written = _sweeps(record), _sweeps(path)
     content: dict[str, Any] = {"sweeps": wanted}
     if recorded not in (None, wanted):  # Snakemake compares what is in the file, too

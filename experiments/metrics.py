@@ -16,11 +16,20 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+    ValidationError,
+    create_model,
+    model_validator,
+)
 from pydantic.dataclasses import dataclass as checked_dataclass
-from pydantic_core import core_schema
 
-from alignscores import Similarity, ras, tas, tas_distance
+from alignscores import Similarity, tas, tas_distance
 from alignscores import metrics as library
 from alignscores.arrays import Floats
 from alignscores.histogram import equal_steps, score_of
@@ -28,8 +37,10 @@ from alignscores.metrics import Metric, NoValueError
 from alignscores.metrics.base import find
 from alignscores.paper import literal_frames
 from alignscores.registration import Registration, pcr99
+from alignscores.rotation import align_rotations
 from alignscores.thresholds import N_THRESHOLDS, smallest_unit
 from alignscores.translation import closest_pair_quartile
+from alignscores.validation import check_rotations
 from baselines import ate, dte, maa, rotation_statistics
 from baselines.averages import rotation_l1_means
 from baselines.rotation import aligned_angles
@@ -287,10 +298,16 @@ def _closest_pairs(positions: Floats) -> Floats:
 
 
 def _rotation_errors(trials: Trials) -> list[Floats]:
-    errors: list[Floats] = trials.share(
-        "rotation errors",
-        lambda: [ras(scene.gt_rotations, scene.est_rotations).errors for scene in trials.scenes],
-    )
+    """Return the errors of the RAS: all rotations are checked at once."""
+
+    def compute() -> list[Floats]:
+        pairs = [(scene.gt_rotations, scene.est_rotations) for scene in trials.scenes]
+        gt, est = map(np.concatenate, zip(*pairs, strict=True))
+        check_rotations(gt, "gt_rotations", complete=True)
+        check_rotations(est, "est_rotations", complete=False)
+        return [align_rotations(*pair)[1] for pair in pairs]
+
+    errors: list[Floats] = trials.share("rotation errors", compute)
     return errors
 
 
@@ -415,10 +432,10 @@ class _OptionsOf:
 
     function: Callable[..., Any]
 
-    def __get_pydantic_core_schema__(self, _: Any, handler: Any) -> core_schema.CoreSchema:
-        as_dict = core_schema.plain_serializer_function_ser_schema(dict)
-        return core_schema.no_info_after_validator_function(
-            dict, handler.generate_schema(_model(self.function)), serialization=as_dict
+    def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> Any:
+        model = _model(self.function)
+        return handler.generate_schema(
+            Annotated[model, AfterValidator(dict), PlainSerializer(dict)]
         )
 
 

@@ -104,7 +104,7 @@ def refuse_to_replace(path: Path) -> None:
 def write_trials(path: Path, table: pd.DataFrame, sweeps: Sequence[Sweep]) -> None:
     """Write a table of trials as CSV, and its record next to it as JSON; replace neither."""
     content = to_csv(table)
-    settings = SWEEPS.dump_python(tuple(sweeps), mode="json")
+    settings = SWEEPS.dump_python(tuple(sweeps))
     record = {"sweeps": settings, "sha256": sha256(content).hexdigest(), **_origin()}
     text = json.dumps(record, indent=2) + "\n"
     refuse_to_replace(path)

@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 from alignscores import pas
-from alignscores.plots import score_panel
+from alignscores.show.plots import score_panel
 from experiments.config import Sweep
 from experiments.grid import Cell
 from experiments.sweep import draw_scene, trial_seeds

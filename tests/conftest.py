@@ -27,8 +27,8 @@ OF_LEVELS = {  # folders and files, as in README.md
     "mathematics": ("alignscores", "baselines"),
     "library": (
         *("alignscores/comparison", "alignscores/evaluation", "alignscores/pages"),
-        *("alignscores/test_plots.py", "alignscores/test_real.py", "alignscores/test_rerun.py"),
-        *("alignscores/test_torch.py", "alignscores/trajectories"),
+        *("alignscores/show", "alignscores/test_real.py", "alignscores/test_torch.py"),
+        "alignscores/io",
     ),
     "command": ("alignscores/cli", "golden"),
     "study": ("cluster", "experiments", "figures", "studies", "workflow"),

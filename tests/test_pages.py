@@ -29,9 +29,9 @@ import yaml
 
 import alignscores as library
 import baselines
+from alignscores import io as files
 from alignscores import metrics
 from alignscores.cli import main as alignscores
-from alignscores.trajectories import files
 from experiments.config import EXECUTION, Sweep, load
 from experiments.metrics import METRICS, option_names
 from experiments.scenes import ERRORS, OUTLIERS, PATHS
@@ -305,7 +305,7 @@ def test_all_that_is_public_is_shown():
     shown = set(re.findall(r"^   ([\w.]+)$", page, re.MULTILINE))
     for prefix, names in {
         "metrics.": [one for one in metrics.__all__ if callable(getattr(metrics, one))],
-        "trajectories.files.": [one for one in files.__all__ if one.startswith("read_")],
+        "io.": [one for one in files.__all__ if one.startswith("read_")],
         "": [*library.__all__, *baselines.__all__],
     }.items():
         assert {prefix + name for name in names} <= shown

@@ -3,17 +3,16 @@
 import json
 import shutil
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass, field
+from textwrap import fill
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.notes import scale_note, why
+from ..evaluation.notes import why
 from ..evaluation.settings import Settings
-from ..metrics import SCORES, metric
-from ..texts import alike, printable
-from ..trajectories.files import FileError
+from ..io import FileError
+from ..show import tables
+from ..texts import WIDTH, alike, printable
 from ..version import __version__
-from .table import LEGEND, metric_table, table
 
 __all__ = ["Results", "one_line", "print_error", "print_note", "print_notes"]
 __all__ += ["show_progress", "show_table", "table_width"]
@@ -35,7 +34,22 @@ class Results:
         self.failed.append({"file": printable(file), "error": message})
         print_error(message)
 
-    def json(self) -> str:
+    def all_notes(self) -> list[str]:
+        """Return the notes on the reference, and why files failed."""
+        return [*self.notes, *(f"error: {one['error']}" for one in self.failed)]
+
+    def written(self, form: str) -> str:
+        """Return what was scored as json, csv, markdown or latex."""
+        match form:
+            case "json":
+                return self._json()
+            case "csv":
+                return tables.csv(self.scored)
+            case "latex":
+                return tables.latex(self.scored)
+        return tables.markdown(self.scored, self.all_notes())
+
+    def _json(self) -> str:
         """Return settings, results and failures as JSON."""
         content = {
             "version": __version__,
@@ -45,7 +59,7 @@ class Results:
             "results": [evaluation.to_dict() for evaluation in self.scored],
             "failed": self.failed,
         }
-        return json.dumps(content, indent=2, allow_nan=False)
+        return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
 def table_width() -> int:
@@ -54,44 +68,14 @@ def table_width() -> int:
 
 
 def show_table(results: Results, *, verbose: bool) -> None:
-    """Print the table with its conditions."""
-    scored, settings, columns = results.scored, results.settings, table_width()
-    if settings.metrics:
-        print(metric_table(scored, columns))
-    else:
-        text, left_out = table(scored, columns)
-        print(text)
-        if left_out:
-            print(f"too narrow for: {', '.join(left_out)}")
-    print(conditions(scored))
-    scales = {evaluation.name: evaluation.scale for evaluation in scored}
-    if not settings.metrics and (scale := scale_note(scales, settings)):
-        print(scale)
-    if verbose and not settings.metrics:
-        print(f"\n{LEGEND.format(**vars(settings))}")
-
-
-def conditions(scored: Sequence[Evaluation]) -> str:
-    """Return the alignment, the frames, and d in one line; other metrics have the frames alone."""
-    settings, first = scored[0].settings, scored[0]
-    frames = f"{len(first.matches.expected_rows)} {'frames' if settings.form.ordered else 'images'}"
-    if settings.frames is not None:
-        frames += " that were given"
-    elif first.matches.timed:
-        frames += " of the reference" if settings.rate == "all" else f" at {settings.rate:g} Hz"
-    if first.matches.timed:
-        gaps = f"gaps up to {settings.max_gap:g} s and standstill covered"
-        frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
-    if settings.missing == "ignore":
-        frames += ", lost ones left out"
-    ours = [metric(name).name in SCORES for name in settings.metrics]
-    if ours and not any(ours):
-        return frames
-    times_d = "d" if settings.max_threshold == 1 else f"{settings.max_threshold:g} d"
-    largest = settings.max_threshold * first.result.tas.unit
-    unit = f"TAS up to {times_d} = {largest:.3g} {settings.form.unit}"
-    half = [] if settings.metrics else ["half: threshold at score 0.5"]
-    return "; ".join([settings.how_aligned, frames, unit, *half])
+    """Print the table with its conditions; `verbose` adds where the scores are lost, and terms."""
+    scored = results.scored
+    print(tables.text(scored, table_width()))
+    print("\n".join(tables.conditions(scored)))
+    if verbose and not results.settings.metrics:
+        print(f"\n{tables.text_of_deficits(scored)}\n")
+        for term, meaning in tables.terms(scored):
+            print(fill(f"{term:15}{meaning}", WIDTH, subsequent_indent=" " * 15))
 
 
 def print_notes(results: Results, *, verbose: bool) -> None:

@@ -30,7 +30,7 @@ ELSEWHERE = {  # options of evo, and what to use here
     ),
     "--project_to_plane": "all three dimensions count; --alignment yaw keeps the vertical axis",
     "--ref": "the reference is the first file here",
-    "--save_table": "evo_res writes tables of --save_results; --save_metrics FILE.csv is ours",
+    "--save_table": "evo_res writes tables of --save_results; --save_csv FILE.csv is ours",
 }
 
 

@@ -1,11 +1,13 @@
 """Files that are saved, an option each; and all of them in a folder."""
 
 import argparse
+import math
 import re
 import warnings
 from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
 from io import BytesIO
+from os.path import realpath
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,16 +17,15 @@ import scipy
 from ..evaluation.evaluation import STATUSES, Evaluation
 from ..evaluation.reading import files_below
 from ..evaluation.settings import Settings
-from ..metrics import SCORES
+from ..extras import require
 from ..metrics.paths import STATISTICS
-from ..pages.estimates import page
-from ..texts import csv_text, numbered, printable
-from ..trajectories.extras import require
+from ..show import tables
+from ..texts import numbered, printable
 from ..validation import finite_rows
 from ..writing import write_whole
 from .output import Results, print_note
 
-__all__ = ["KINDS", "outputs", "refuse_to_replace", "save"]
+__all__ = ["KINDS", "PRINTED", "STDOUT", "outputs", "refuse_to_replace", "save"]
 
 
 class Kind(NamedTuple):
@@ -34,24 +35,57 @@ class Kind(NamedTuple):
     help: str
     default: str = ""  # its file in the folder of --output
     each: bool = False  # a file an estimate
-    needs: tuple[str, ...] = ()  # a package, and the extra that installs it
+    packages: tuple[str, ...] = ()  # that it needs
+    extra: str = ""  # which installs them
 
 
 KINDS = {
     "save_plot": Kind(
-        (".png", ".pdf", ".svg"), "save the plot", "plot.png", needs=("matplotlib", "plots")
+        (".png", ".pdf", ".svg"), "save the plot", "plot.png", False, ("matplotlib",), "plots"
     ),
-    "save_page": Kind((".html",), "save a page with trajectories, errors and scores", "page.html"),
-    "save_rrd": Kind((".rrd",), "save a recording for the Rerun viewer", needs=("rerun", "rerun")),
-    "save_errors": Kind((".csv",), "save the errors of each expected frame", "errors.csv"),
-    "save_metrics": Kind((".csv",), "save --metrics or, without it, the scores", "metrics.csv"),
+    "save_page": Kind(
+        (".html",),
+        "save a page with trajectories, errors and scores",
+        "page.html",
+        packages=("plotly", "jinja2"),
+        extra="page",
+    ),
+    "save_rrd": Kind(
+        (".rrd",), "save a recording for the Rerun viewer", packages=("rerun",), extra="rerun"
+    ),
+    "save_errors": Kind(
+        (".csv",),
+        "save the errors of each expected frame",
+        "errors.csv",
+        False,
+        ("pandas",),
+        "tables",
+    ),
+    "save_csv": Kind(
+        (".csv",), "save what --csv prints", "scores.csv", False, ("pandas",), "tables"
+    ),
+    "markdown": Kind(
+        (),
+        "save the table in Markdown, with all notes; - prints it",
+        "scores.md",
+        False,
+        ("pandas", "tabulate"),
+        "tables",
+    ),
+    "latex": Kind(
+        (), "print the table in LaTeX", "scores.tex", False, ("pandas", "jinja2"), "tables"
+    ),
     "save_aligned": Kind(
         (".txt",), "save the aligned estimate, as TUM or KITTI", "aligned.txt", each=True
     ),
-    "save_results": Kind((".zip",), "save results for evo_res", each=True, needs=("evo", "evo")),
+    "save_results": Kind(
+        (".zip",), "save results for evo_res", each=True, packages=("evo",), extra="evo"
+    ),
     # The last, since it has what could not be written.
     "save_json": Kind((".json",), "save what --json prints", "scores.json"),
 }
+PRINTED = {"json": "JSON", "csv": "CSV", "latex": "LaTeX"}  # instead of the table
+STDOUT = Path("-")
 
 
 Output = tuple[str, Path, str | None]  # its option, and the estimate that it is of, if it is of one
@@ -63,24 +97,26 @@ def outputs(
     """Return all files that will be written, whose packages are there."""
     written: list[Output] = []
     for option, kind in KINDS.items():
-        path = getattr(arguments, option)
-        if path is None and arguments.output and kind.default and _is_possible(option, settings):
+        path = getattr(arguments, option, None)
+        if path in (None, STDOUT) and arguments.output and _is_possible(kind, option, settings):
             path = arguments.output / kind.default
-        if path is None:
+        if path in (None, STDOUT):
             continue
-        if kind.needs:
-            require(*kind.needs)
+        for package in kind.packages:
+            require(package, kind.extra)
         files = _of_each(path, names) if kind.each else {None: path}
         written += [(option, file, name) for name, file in files.items()]
     return written
 
 
-def _is_possible(option: str, settings: Settings) -> bool:
+def _is_possible(kind: Kind, option: str, settings: Settings) -> bool:
     """Return whether a file of --output can be written."""
-    if option == "save_plot" and find_spec("matplotlib") is None:
-        print_note("plot.png is not written: Matplotlib is not installed")
-        return False
-    return option != "save_aligned" or settings.form.ordered
+    missing = [package for package in kind.packages if find_spec(package) is None]
+    if kind.default and missing:
+        install = f'pip install "alignscores[{kind.extra}]"'
+        print_note(f"{kind.default} is not written: {missing[0]} is not installed: {install}")
+    ordered = option != "save_aligned" or settings.form.ordered
+    return bool(kind.default) and not missing and ordered
 
 
 def _of_each(path: Path, names: Sequence[str]) -> dict[str | None, Path]:
@@ -95,9 +131,9 @@ def _of_each(path: Path, names: Sequence[str]) -> dict[str | None, Path]:
 
 def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]) -> None:
     """Check that no output, by option, replaces an input or another output."""
-    used = {file.resolve(): f"the input {file}" for path in inputs for file in files_below(path)}
+    used = {realpath(file): f"the input {file}" for path in inputs for file in files_below(path)}
     for option, path in outputs:
-        target = path.resolve()
+        target = realpath(path)  # unlike `Path.resolve`, also of a link to itself
         if target in used:
             raise ValueError(f"--{option} {path} would replace {used[target]}; name another")
         used[target] = f"what --{option} writes"
@@ -105,34 +141,40 @@ def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]
 
 def save(outputs: Sequence[Output], results: Results, plot_mode: str | None) -> None:
     """Write the files; those that cannot be written are failures."""
-    reference = printable(results.reference)
     for option, path, name in outputs:
         scored = [one for one in results.scored if name in (None, one.name)]
         if not scored and option != "save_json":  # the estimate could not be scored
             continue
         try:
-            match option:
-                case "save_errors":
-                    content = errors_csv(scored).encode()
-                case "save_metrics":
-                    content = metrics_csv(scored).encode()
-                case "save_aligned":
-                    content = aligned(scored[0])
-                case "save_results":
-                    content = evo_result(scored[0], reference)
-                case "save_plot":
-                    content = picture(scored, plot_mode, path)
-                case "save_rrd":
-                    from ..rerun import recording  # needs Rerun
-
-                    content = recording(scored)
-                case "save_page":
-                    content = page(scored, reference).encode()
-                case "save_json":
-                    content = results.json().encode()
-            write_whole(path, content)
+            write_whole(path, _content(option, scored, results, path, plot_mode))
         except ValueError as error:
             results.fail(str(path), error)
+
+
+def _content(
+    option: str, scored: Sequence[Evaluation], results: Results, path: Path, plot_mode: str | None
+) -> bytes:
+    """Return what an option writes of some estimates."""
+    reference = printable(results.reference)
+    match option:
+        case "save_errors":
+            return errors_csv(scored).encode()
+        case "save_aligned":
+            return aligned(scored[0])
+        case "save_results":
+            return evo_result(scored[0], reference)
+        case "save_plot":
+            return picture(scored, plot_mode, path)
+        case "save_rrd":
+            from ..show.rerun import recording  # needs Rerun
+
+            return recording(scored)
+        case "save_page":
+            from ..show.page import page_of  # needs plotly
+
+            return page_of(scored, reference, results.all_notes()).encode()
+        case _:
+            return results.written(option.removeprefix("save_")).encode()
 
 
 def errors_csv(scored: Sequence[Evaluation]) -> str:
@@ -146,20 +188,15 @@ def errors_csv(scored: Sequence[Evaluation]) -> str:
         statuses = [STATUSES[status] for status in evaluation.statuses]
         errors = result.tas.errors.tolist(), result.ras.errors.tolist()
         rows = list(zip(matches.keys.tolist(), *errors, statuses, strict=True))
-        rows += [(key, "", "", "no reference pose") for key in matches.without_reference.tolist()]
+        without = matches.without_reference.tolist()
+        rows += [(key, math.nan, math.nan, "no reference pose") for key in without]
         if evaluation.settings.missing != "fail":
             keys = evaluation.reference.keys[matches.expected_rows]
-            left_out = keys[~np.isin(keys, matches.keys)]
-            rows += [(key, "", "", "left out") for key in left_out.tolist()]
+            left_out = keys[~np.isin(keys, matches.keys)].tolist()
+            rows += [(key, math.nan, math.nan, "left out") for key in left_out]
         lines += [(evaluation.name, *row) for row in sorted(rows, key=lambda row: row[0])]
-    return csv_text(("estimate", "camera", "position_error", "rotation_error_deg", "status"), lines)
-
-
-def metrics_csv(scored: Sequence[Evaluation]) -> str:
-    """Return a table of metrics, a line an estimate; empty where there is no value."""
-    names = scored[0].settings.metrics or SCORES
-    lines = [(one.name, *map(one.value, names)) for one in scored]
-    return csv_text(("estimate", *names), lines)
+    columns = ["estimate", "camera", "position_error", "rotation_error_deg", "status"]
+    return tables.as_csv(require("pandas", "tables").DataFrame(lines, columns=columns))
 
 
 def aligned(evaluation: Evaluation) -> bytes:
@@ -188,13 +225,13 @@ def aligned(evaluation: Evaluation) -> bytes:
 
 
 def evo_result(evaluation: Evaluation, reference: str) -> bytes:
-    """Return a result for ``evo_res``: the scores, and the position errors of tracked frames."""
+    """Return a result for ``evo_res``: the scores, and the errors of frames with a pose."""
     file_interface = require("evo.tools.file_interface", "evo")
     result = require("evo.core.result", "evo").Result()
     settings, errors = evaluation.settings, evaluation.result.tas.errors
-    tracked = np.isfinite(errors)
+    finite = np.isfinite(errors)
     result.info = {
-        "title": f"position error of tracked frames ({settings.how_aligned})",
+        "title": f"position error of frames with a pose ({settings.how_aligned})",
         "label": f"position error ({settings.form.unit})",
         "ref_name": reference,
         "est_name": evaluation.name.replace("/", "_"),
@@ -202,11 +239,11 @@ def evo_result(evaluation: Evaluation, reference: str) -> bytes:
     names = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
     values = {name: evaluation.value(name) for name in names}
     result.stats = {name: value for name, value in values.items() if value is not None}
-    if tracked.any():
-        result.stats |= {name: float(of(errors[tracked])) for name, of in STATISTICS.items()}
-    result.np_arrays = {"error_array": errors[tracked]}
+    if finite.any():
+        result.stats |= {name: float(of(errors[finite])) for name, of in STATISTICS.items()}
+    result.np_arrays = {"error_array": errors[finite]}
     if evaluation.matches.keys.dtype.kind == "f":
-        result.np_arrays["timestamps"] = evaluation.matches.keys[tracked]
+        result.np_arrays["timestamps"] = evaluation.matches.keys[finite]
     buffer = BytesIO()
     file_interface.save_res_file(buffer, result)
     return buffer.getvalue()
@@ -214,7 +251,7 @@ def evo_result(evaluation: Evaluation, reference: str) -> bytes:
 
 def picture(scored: Sequence[Evaluation], plot_mode: str | None, path: Path) -> bytes:
     """Return the figure in the format of the file's suffix."""
-    from ..plots import figure_of  # needs Matplotlib
+    from ..show.plots import figure_of  # needs Matplotlib
 
     buffer = BytesIO()
     figure = figure_of(scored, plot_mode=plot_mode)

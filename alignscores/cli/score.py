@@ -5,19 +5,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..evaluation.evaluation import PLOT_MODES
 from ..evaluation.notes import collected_warnings, reference_notes
 from ..evaluation.reading import format_of, read_reference
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
+from ..extras import require
+from ..io import FAILURES, FORMATS, read_stamps
+from ..show import PLOT_MODES
 from ..texts import unique_names
-from ..trajectories.extras import require
-from ..trajectories.files import FAILURES, read_stamps
-from ..trajectories.formats import FORMATS
 from ..version import __version__
 from .output import Results, print_note, print_notes, show_progress, show_table
 from .parser import Parser, output_file
-from .saving import KINDS, outputs, refuse_to_replace, save
+from .saving import KINDS, PRINTED, STDOUT, outputs, refuse_to_replace, save
 
 __all__ = ["run", "score_parser"]
 
@@ -41,7 +40,8 @@ exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
 """
 EVERYDAY = {
     *("t_max_diff", "t_offset", "rate", "max_gap", "invert", "alignment", "missing", "metrics"),
-    *("json", "output", "plot", "save_plot", "save_page", "save_results", "verbose", "version"),
+    *("show", "output", "plot", "save_plot", "save_page"),
+    *("verbose", "version"),
 }
 
 
@@ -61,15 +61,22 @@ def score_parser() -> Parser:
     parser.add_settings()
     add = parser.groups["output"].add_argument
     add("-v", "--verbose", action="store_true", help="explain the columns of the table")
-    add("--json", action="store_true", help="print JSON instead of a table")
+    only_one = parser.groups["output"].add_mutually_exclusive_group().add_argument
+    for form, name in PRINTED.items():
+        help = f"print {name} instead of the table"
+        only_one(f"--{form}", dest="show", action="store_const", const=form, help=help)
     written = ", ".join(kind.default for kind in KINDS.values() if kind.default)
     add("-o", "--output", metavar="FOLDER", type=Path, help=f"write all results: {written}")
     add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
     add("--plot_mode", choices=PLOT_MODES, help="axes of trajectories (default: the two longest)")
     for name, kind in KINDS.items():
-        help = f"{kind.help} ({', '.join(kind.suffixes)})"
+        if name in PRINTED:
+            continue
+        help = f"{kind.help} ({', '.join(kind.suffixes)})" if kind.suffixes else kind.help
         help += "; FILE_<name> if several" if kind.each else ""
-        add(f"--{name}", metavar="FILE", type=output_file(*kind.suffixes), help=help)
+        path = output_file(*kind.suffixes) if kind.suffixes else Path
+        add(f"--{name}", metavar="FILE", type=path, help=help)
+    parser.set_defaults(show="text")
     return parser
 
 
@@ -80,6 +87,12 @@ def run(argv: Sequence[str]) -> int:
     reference, estimates, settings = _files(parser, arguments)
     if arguments.save_aligned and not settings.form.ordered:
         parser.error(f"--save_aligned cannot write {settings.format} files")
+    if arguments.markdown == STDOUT:
+        if arguments.show != "text":
+            parser.error(f"--markdown - and --{arguments.show} both print")
+        arguments.show = "markdown"
+    for package in KINDS[arguments.show].packages if arguments.show in KINDS else ():
+        require(package, "tables")
     names = unique_names(estimates)
     written = outputs(arguments, names, settings)
     frames = [] if settings.frames is None else [str(settings.frames)]
@@ -91,12 +104,13 @@ def run(argv: Sequence[str]) -> int:
     _score(results, list(zip(names, estimates, strict=True)), is_open=not arguments.format)
     save(written, results, arguments.plot_mode)
     print_notes(results, verbose=arguments.verbose)
-    if arguments.json:  # printed last: the reader may close the pipe, which ends the program
-        print(results.json())
+    # Printed last: the reader may close the pipe, which ends the program.
+    if arguments.show == "json" or (results.scored and arguments.show != "text"):
+        print(results.written(arguments.show), end="")
     elif results.scored:
         show_table(results, verbose=arguments.verbose)
     if results.scored and arguments.plot:
-        from ..plots import figure_of  # needs Matplotlib
+        from ..show.plots import figure_of  # needs Matplotlib
 
         figure_of(results.scored, plot_mode=arguments.plot_mode, interactive=True)
         require("matplotlib.pyplot", "plots").show()
@@ -140,7 +154,9 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
                 settings = replace(settings, est_format=est_format)
                 if est_format != settings.format:
                     print_note(f"{file}: detected format: {est_format}")
-            results.scored.append(score(reference, file, settings, name=name))
+            results.scored.append(
+                score(reference, file, settings, name=name, ref_file=results.reference)
+            )
         except FAILURES as error:
             results.fail(file, error)
     show_progress("")

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ..evaluation.settings import Settings
+from ..extras import require
+from ..io import recognise
 from ..texts import brief, first_few, printable, unique_names
-from ..trajectories.extras import require
-from ..trajectories.recognition import recognise
 from ..validation import check_positive
 from .patterns import Pattern
 
@@ -200,7 +200,7 @@ def _natural(name: str) -> list[tuple[int, str]]:
 
 def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
     """Read a benchmark that is described in a YAML file; paths in it are relative to its folder."""
-    require("yaml", "yaml")
+    require("yaml", "compare")
     from ..yaml_files import load_yaml  # needs PyYAML
 
     try:

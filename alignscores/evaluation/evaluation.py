@@ -6,35 +6,35 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from html import escape
-from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats
+from ..extras import require
+from ..io import Trajectory
 from ..metrics import metric
 from ..pose import PASResult
 from ..similarity import Similarity
 from ..texts import printable
 from ..thresholds import N_THRESHOLDS, smallest_unit
-from ..trajectories.extras import require
-from ..trajectories.files import Trajectory
-from ..trajectories.lever import LeverArm
 from ..validation import finite_rows
-from ..writing import write_whole
-from .matching import Matches
+from .deficits import Deficit, deficits
+from .lever import LeverArm
+from .match import Matches
 from .perfect import simulated_scores
 from .settings import Settings
 
-__all__ = ["LOST", "PLOT_MODES", "STATUSES", "Evaluation", "Note", "finite_or_none", "median"]
+__all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none", "median"]
 
-STATUSES = "matched", "no rotation", "no position", "no pose", "lost"  # of scored cameras
+STATUSES = "matched", "no rotation", "no position", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
-PLOT_MODES = "xy", "xz", "yz", "xyz"  # axes of trajectories
 SAMPLE = 1000  # frames from which the chance level is computed
-NO_COLUMNS = {"TAS_seeds", "perfect", "alignment", "body_rotation", "lever_arm", "metrics", "notes"}
+NO_COLUMNS = {
+    *("TAS_seeds", "perfect", "deficits", "alignment", "body_rotation", "lever_arm"),
+    *("metrics", "notes"),
+}
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Evaluation:
     >>> reference = Trajectory(np.arange(40) / 10, poses)
     >>> evaluation = evaluate(reference, Trajectory(reference.keys[:20], poses[:20]))
     >>> evaluation
-    Evaluation('estimate', PAS 0.7500, TAS 0.75, RAS 0.75, registration='refined')
+    Evaluation('estimate', PAS 0.750, TAS 0.750, RAS 0.750, registration='refined')
     >>> evaluation.lost, evaluation.median_distance < 1e-6
     (0.25, True)
     """
@@ -120,16 +120,13 @@ class Evaluation:
     notes: list[Note]
 
     def __repr__(self) -> str:
-        scores = f"PAS {self.pas:.4f}, TAS {self.tas:.2f}, RAS {self.ras:.2f}"
+        scores = f"PAS {self.pas:.3f}, TAS {self.tas:.3f}, RAS {self.ras:.3f}"
         return f"Evaluation({self.name!r}, {scores}, registration={self.settings.registration!r})"
 
     def _repr_html_(self) -> str:
         cells = [f"<tr><th>{key}</th><td>{text}</td></tr>" for key, text in self.row.items()]
         caption = f"<caption>{escape(f'{self.name}; {self.settings.how_aligned}')}</caption>"
-        from ..pages.estimates import page
-
-        frame = f'<iframe srcdoc="{escape(page([self]))}" width="100%" height="700"></iframe>'
-        return f"<table>{caption}{''.join(cells)}</table>{frame}"
+        return f"<table>{caption}{''.join(cells)}</table>"
 
     @property
     def tas(self) -> float:
@@ -199,6 +196,23 @@ class Evaluation:
         scores = simulated_scores(poses, self.result.tas.unit, settings)
         return scores if self.has_rotations else {"TAS": scores["TAS"]}
 
+    @cached_property
+    def deficits(self) -> list[Deficit]:
+        """Where the TAS and the RAS are lost: their costliest stretches, and the rest.
+
+        All costs of a score add up to what it lacks to 1, the TAS at the first seed.
+        """
+        matches, result, found = self.matches, self.result, []
+        keys = matches.keys
+        if matches.timed:
+            keys = np.round(keys - self.reference.keys[0], 6)
+        positions, rotations = matches.est_poses[:, :3, 3], matches.est_poses[:, :3, :3]
+        for name, one, poses in (("TAS", result.tas, positions), ("RAS", result.ras, rotations)):
+            if name == "TAS" or self.has_rotations:
+                lost = ~finite_rows(poses)
+                found += deficits(name, one.errors, one.thresholds, lost, keys)
+        return found
+
     @property
     def scores(self) -> dict[str, float | None]:
         """The scores by their names in JSON; None where one has no value."""
@@ -231,7 +245,7 @@ class Evaluation:
         """Whether each camera was matched, or why it is a failure: index into `STATUSES`."""
         poses = self.matches.est_poses
         no_position, no_rotation = ~finite_rows(poses[:, :3, 3]), ~finite_rows(poses[:, :3, :3])
-        codes = np.where(self.matches.est_rows < 0, LOST, 2 * no_position + no_rotation)
+        codes = np.where(no_position & no_rotation, LOST, 2 * no_position + no_rotation)
         return codes.astype(np.uint8)
 
     @property
@@ -262,10 +276,10 @@ class Evaluation:
         return {
             **{name: _text(score, ".3f") for name, score in scores.items()},
             **{name: _text(error, ".3g") for name, error in errors.items()},
-            "tracked": f"{1 - self.lost:.1%}",
+            "coverage": f"{1 - self.lost:.1%}",
         }
 
-    def over_expected(self, values: NDArray[Any], of_lost: float) -> NDArray[Any]:
+    def over_expected(self, values: NDArray[Any], of_lost: float | bool) -> NDArray[Any]:
         """Return values of scored frames for all expected ones; those left out have `of_lost`."""
         rows = self.matches.expected_rows
         all_rows = np.full((len(rows), *values.shape[1:]), of_lost, values.dtype)
@@ -326,6 +340,7 @@ class Evaluation:
             "lost": self.lost,
             "chance": self.chance,
             "perfect": self.perfect,
+            "deficits": [asdict(deficit) for deficit in self.deficits],
             "expected": len(matches.expected_rows),
             "matched": matches.matched,
             "no_position": int(np.sum(~finite_rows(matches.est_poses[:, :3, 3]))),
@@ -365,59 +380,6 @@ class Evaluation:
         values = self.to_dict()
         row = {key: value for key, value in values.items() if key not in NO_COLUMNS}
         return require("pandas", "tables").DataFrame([{**row, **values["metrics"]}])
-
-    def plot(self, kind: str | None = None, *, plot_mode: str | None = None) -> Any:
-        """Draw the estimate with Matplotlib.
-
-        Parameters
-        ----------
-        kind : {"errors", "trajectory", "time", "scores"}, optional
-            Errors over time, shaded where there is no pose; the aligned trajectory coloured by its
-            error; positions and angles over time; or frames below each threshold. By default all
-            of them.
-        plot_mode : {"xy", "xz", "yz", "xyz"}, optional
-            Axes of the trajectory; by default the two longest.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-            A figure of pyplot, which ``plt.show()`` shows.
-
-        Raises
-        ------
-        ModuleNotFoundError
-            Where Matplotlib is not installed.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> evaluation = evaluate("tests/data/tum/reference.txt", "tests/data/tum/estimate.txt")
-        >>> figure = evaluation.plot("errors")
-        >>> [axes.get_ylabel() for axes in figure.axes]
-        ['position error [m]', 'rotation error [deg]']
-        """
-        require("matplotlib", "plots")
-        from ..plots import figure_of
-
-        return figure_of([self], [kind] if kind else [], plot_mode=plot_mode, interactive=True)
-
-    def save_page(self, path: str | PathLike[str]) -> None:
-        """Write a page with the scores, trajectories and errors over time.
-
-        Parameters
-        ----------
-        path : path
-            File to write, such as ``scores.html``.
-
-        Examples
-        --------
-        >>> from alignscores import evaluate
-        >>> evaluation = evaluate("tests/data/tum/reference.txt", "tests/data/tum/estimate.txt")
-        >>> evaluation.save_page("scores.html")  # doctest: +SKIP
-        """
-        from ..pages.estimates import page
-
-        write_whole(Path(path), page([self]).encode())
 
 
 def finite_or_none(value: float | None) -> float | None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats
-from ..trajectories.extras import require
+from ..extras import require
 from ..validation import check_positive
 from .base import Metric, Need, length
 from .cameras import Cameras, NoValueError, check_choice, estimated_positions

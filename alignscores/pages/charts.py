@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Floats
-from ..trajectories.timeline import breaks
-from .document import data_element
+from ..evaluation.time import breaks
 
 __all__ = ["LEGEND", "Axis", "band", "chart", "colour", "curve", "drawing", "error_axis"]
 __all__ += ["flat", "key", "plot", "rect", "stretches", "upright"]
@@ -70,25 +69,14 @@ def error_axis(errors: Floats, limit: float, label: str) -> Axis:
     return Axis(min(low, limit) / 1.5, 1.5 * max(high, limit), label, log=True)
 
 
-def chart(
-    x: Axis,
-    rows: Iterable[tuple[str, str]],
-    spoken: str,
-    cursor: tuple[Floats, Sequence[str]] | None = None,
-) -> str:
-    """Return drawings, each with its name, below each other, and their axis.
-
-    A script adds the `cursor`: it goes to values on the axis, and says a text at each.
-    """
-    stops = ""
-    if cursor:
-        stops = data_element({"places": x(cursor[0]).round(5).tolist(), "texts": cursor[1]})
+def chart(x: Axis, rows: Iterable[tuple[str, str]], spoken: str) -> str:
+    """Return drawings, each with its name, below each other, and their axis."""
     cells = "".join(f'<span title="{escape(row)}">{escape(row)}</span>{svg}' for row, svg in rows)
     ticks = "".join(f'<i style="left:{place:.1%}">{text}</i>' for text, place in x.ticks())
     return (
-        f'<div class="chart" role="{"group" if cursor else "img"}" aria-label="{escape(spoken)}">'
+        f'<div class="chart" role="img" aria-label="{escape(spoken)}">'
         f'<div class="rows">{cells}</div><div class="ticks" aria-hidden="true">{ticks}</div>'
-        f"<p>{escape(x.label)}</p>{stops}</div>"
+        f"<p>{escape(x.label)}</p></div>"
     )
 
 

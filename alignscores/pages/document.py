@@ -1,16 +1,10 @@
-"""A page in one file, with its styles, scripts and data, which needs no network."""
+"""A page in one file, with its styles, which needs no network."""
 
-import json
-from base64 import b64encode
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
-from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-__all__ = ["data_element", "document", "packed", "source"]
+__all__ = ["document", "html_table"]
 
 HEAD = """\
 <!DOCTYPE html>
@@ -19,33 +13,34 @@ HEAD = """\
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
-style-src 'unsafe-inline'{scripts}">
+style-src 'unsafe-inline'">
 <meta name="color-scheme" content="light dark">
 """
 
 
-def source(name: str) -> str:
-    """Return the text of a style, a script or a template of this folder."""
-    return files(__package__).joinpath(name).read_text("utf-8")
+def document(title: str, body: str, styles: Iterable[str]) -> str:
+    """Return a page with a body in HTML, and the named styles of this folder."""
+    parts = [HEAD, f"<title>{escape(title)}</title>\n"]
+    for style in styles:
+        parts.append(f"<style>\n{files(__package__).joinpath(style).read_text('utf-8')}</style>\n")
+    return "".join([*parts, f"</head>\n<body>\n{body}\n</body>\n</html>\n"])
 
 
-def document(title: str, body: str, styles: Iterable[str], scripts: Iterable[str] = ()) -> str:
-    """Return a page with a body in HTML, and the named styles and scripts."""
-    head = HEAD.format(scripts="; script-src 'unsafe-inline'" if scripts else "")
-    parts = [head, f"<title>{escape(title)}</title>\n"]
-    parts += [f"<style>\n{source(style)}</style>\n" for style in styles]
-    parts.append(f"</head>\n<body>\n{body}\n")
-    parts += [f"<script>\n{source(script)}</script>\n" for script in scripts]
-    return "".join([*parts, "</body>\n</html>\n"])
+def html_table(header: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
+    """Return a table of HTML, whose cells stand below each other where the screen is too narrow.
 
-
-def data_element(data: Any) -> str:
-    """Return data as JSON in an element for scripts; its text has no ``<``."""
-    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", r"\u003c")
-    return f'<script type="application/json">{text}</script>'
-
-
-def packed(values: NDArray[Any], kind: str) -> str:
-    """Return numbers as base64 of their bytes, of a type such as ``<f4``."""
-    with np.errstate(over="ignore"):  # beyond single precision: infinite
-        return b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
+    The tables of pandas do not carry the names of columns to the cells, for narrow screens.
+    """
+    head = "".join(f'<th scope="col">{name}</th>' for name in header)
+    lines = "".join(
+        f'<tr><th scope="row">{first}</th>'
+        + "".join(
+            f'<td data-label="{name}"><span>{cell}</span></td>'
+            for name, cell in zip(header[1:], cells, strict=True)
+        )
+        + "</tr>"
+        for first, *cells in rows
+    )
+    title = f"<caption>{caption}</caption>" if caption else ""
+    body = f"<thead><tr>{head}</tr></thead><tbody>{lines}</tbody>"
+    return f'<table class="stacked">{title}{body}</table>'

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
 from alignscores import AlignmentWarning, Similarity, closest_pair_quartile, tas, tas_distance
-from alignscores.trajectories.files import read_colmap
+from alignscores.io import read_colmap
 
 both_registrations = pytest.mark.parametrize("registration", ["pcr99", "refined"])
 ignores_alignment = pytest.mark.filterwarnings("ignore::alignscores.AlignmentWarning")

@@ -156,13 +156,13 @@ ANALYSIS = {"scenarios": 1, "study_figure": 1}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
     (
         (
-            *("alignscores/trajectories/files/tum.py", "alignscores/cli/compare.py"),
+            *("alignscores/io/text.py", "alignscores/cli/compare.py"),
             *("report/figure.rst", "studies/thresholds.py"),
-            *("alignscores/rerun.py", "alignscores/evaluation/scoring.py"),
+            *("alignscores/show/rerun.py", "alignscores/evaluation/scoring.py"),
         ),
         {},
     ),
-    (("alignscores/plots.py",), DRAWN),  # which has what the histogram draws
+    (("alignscores/show/plots.py",), DRAWN),  # which has what the histogram draws
     (("figures/curves.py",), DRAWN),
     (("studies/beyond.py",), ANALYSIS),
     (("studies/order.py",), ANALYSIS),
@@ -263,7 +263,7 @@ print(*filter(None, files), sep="\\n")
     digested = {Path(module.__file__) for module in finder.modules.values() if module.__file__}
     assert used <= digested
     parts = {path.relative_to(ROOT).parts[:2] for path in digested}
-    for other in ("cli", "pages", "evaluation", "trajectories", "rerun.py", "plots.py"):
+    for other in ("cli", "pages", "evaluation", "trajectories", "show"):
         assert ("alignscores", other) not in parts
 
 

@@ -5,7 +5,7 @@ are rows of 13 numbers: scale, rotation and translation from ground truth to est
 """
 
 import ctypes
-from ctypes import c_bool, c_double, c_int, c_size_t, c_ssize_t, c_void_p
+from ctypes import addressof, c_bool, c_char, c_double, c_int, c_size_t, c_ssize_t, c_void_p
 from hashlib import sha256
 from pathlib import Path
 
@@ -200,11 +200,12 @@ def medoid(rotations: Floats, threshold: float) -> int:
 
 
 def _address(array: Floats) -> int:
-    """Return where an array begins: as ``array.ctypes.data`` does, in a quarter of the time."""
-    if array.size and array.flags.writeable:
-        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
-    address: int = array.ctypes.data
-    return address
+    """Return where an array begins: as ``array.ctypes.data`` does, in a third of the time."""
+    try:
+        return addressof(c_char.from_buffer(array))  # type: ignore[arg-type]
+    except (TypeError, ValueError):  # the array is read-only or empty
+        address: int = array.ctypes.data
+        return address
 
 
 def _bit_generator(rng: np.random.Generator) -> int:

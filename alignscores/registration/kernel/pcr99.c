@@ -108,7 +108,7 @@ ptrdiff_t pcr99(size_t n, const double *gt, const double *est, int alignment, si
     triplet *triplets = allocate(n_max, sizeof *triplets);
     similarity *fits = allocate(n_max, sizeof *fits);
     double *is_free = allocate(n_max, sizeof *is_free), *errors = allocate(n, sizeof *errors);
-    float *singles = allocate(stride, 6 * sizeof *singles);
+    float *singles = allocate(6 * stride + PADDING, sizeof *singles);
     ptrdiff_t count = -1;
     if (triplets && fits && is_free && errors && singles)
         count = prescreened_triplets(&c, n_hypotheses, prescreen, random, triplets);
@@ -116,10 +116,13 @@ ptrdiff_t pcr99(size_t n, const double *gt, const double *est, int alignment, si
         double square = 0, cost = INFINITY;
         for (size_t i = 0; i < n; i++)
             square = fmax(square, dot(point(gt, n, i), point(gt, n, i)));
-        const cloud all = {&c, singles, singles + 3 * stride, stride, sqrt(square), errors};
+        /* Aligned, so that no vector lies in two lines of the cache. */
+        float *gt_singles = singles + (-(uintptr_t)singles / sizeof *singles & (PADDING - 1));
+        float *est_singles = gt_singles + 3 * stride;
+        const cloud all = {&c, gt_singles, est_singles, stride, sqrt(square), errors};
         const similarity *cheapest = fits;
-        to_single(gt, n, stride, singles);
-        to_single(est, n, stride, singles + 3 * stride);
+        to_single(gt, n, stride, gt_singles);
+        to_single(est, n, stride, est_singles);
         fit_triplets(&c, triplets, (size_t)count, alignment, fits, is_free);
         find_cheapest(&all, fits, (size_t)count, is_free, false, rank, &cost, &cheapest);
         cost -= fmin(MARGIN * square, DBL_MAX);

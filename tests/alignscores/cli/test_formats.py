@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from alignscores import evaluate, pas
-from alignscores.trajectories.files import read_colmap
-from alignscores.trajectories.formats import FORMATS
+from alignscores.io import FORMATS, read_colmap
 
 from ..conftest import AT_STAMPS, FILES, write_poses
 

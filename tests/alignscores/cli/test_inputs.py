@@ -8,7 +8,7 @@ from ..conftest import FILES
 
 OUTPUTS = {  # the suffix of each option's file
     "--save_errors": ".csv",
-    "--save_metrics": ".csv",
+    "--save_csv": ".csv",
     "--save_aligned": ".txt",
     "--save_results": ".zip",
     "--save_plot": ".png",
@@ -74,7 +74,7 @@ def test_no_output_replaces_an_input(here, examples, refused, option, whose, way
 
 def test_two_options_write_no_file_together(here, examples, refused):
     files = [examples / file for file in FILES["tum"]]
-    both = "--save_errors", here / "a.csv", "--save_metrics", here / "../here/a.csv"
+    both = "--save_errors", here / "a.csv", "--save_csv", here / "../here/a.csv"
     refused("would replace what --save_errors writes", "tum", *files, *both)
 
 

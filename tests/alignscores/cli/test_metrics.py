@@ -14,10 +14,10 @@ EXAMPLES = [entry.example or entry.name for entry in METRICS if entry.name not i
 
 def test_values(score, run, examples, tmp_path):
     """Those of the library for the poses that are scored; or none, and why."""
-    path = tmp_path / "metrics.csv"
+    path = tmp_path / "scores.csv"
     names = [*NAMES, *EXAMPLES]
     options = ["--metrics", ",".join(names), "--missing", "fail", "--seed", 3, *AT_STAMPS]
-    (result,) = score(*TUM, *options, "--save_metrics", path)
+    (result,) = score(*TUM, *options, "--save_csv", path)
     assert list(result["metrics"]) == names
     files = (examples / file for file in TUM[1:])
     matches = evaluate(*files, sync="nearest", max_gap=0.0).matches
@@ -29,8 +29,9 @@ def test_values(score, run, examples, tmp_path):
         assert result["metrics"][name] == expected
     with path.open() as file:
         (row,) = csv.DictReader(file)
-    assert row.pop("estimate") == "estimate.txt"
-    assert {name: float(x) if x else None for name, x in row.items()} == result["metrics"]
+    assert row["name"] == "estimate.txt"
+    saved = {name: float(row[name]) if row[name] else None for name in names}
+    assert saved == result["metrics"]
     # In blocks, which all have the names, no wider than the terminal.
     lines = [line for line in run(*TUM, *options)[1].splitlines() if line.startswith("estimate")]
     assert len(lines) > 4
@@ -45,9 +46,11 @@ def test_the_table_has_the_metrics_in_the_order_given(run, score, tmp_path):
     header, row, _ = run(*TUM, *options, *AT_STAMPS)[1].splitlines()
     assert header.split() == ["estimate", "ATE", "[m]", "recall@1m,30deg:hloc-sim3", "[%]"]
     assert row.split() == ["estimate.txt", "1.03", "91.89"]
-    (plain,) = score(*TUM, "--save_metrics", tmp_path / "own.csv")
+    (plain,) = score(*TUM, "--save_csv", tmp_path / "own.csv")
     assert plain["metrics"] == {}
-    assert (tmp_path / "own.csv").read_text().splitlines()[0] == ",".join(["estimate", *NAMES])
+    columns = (tmp_path / "own.csv").read_text().splitlines()[0].split(",")
+    assert columns[:2] == ["name", "file"]
+    assert {"TAS", "RAS", "PAS", "half_distance", "half_angle", "ate", "lost"} < set(columns)
 
 
 def test_lengths_in_metres_where_the_reference_has_none(run):

@@ -9,7 +9,7 @@ import pytest
 from evo.core.trajectory import PoseTrajectory3D
 from evo.tools import file_interface
 
-from alignscores.trajectories.files import read_nerf, read_tum
+from alignscores.io import read_nerf, read_tum
 
 from ..conftest import FILES, TUM
 

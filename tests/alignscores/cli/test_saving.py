@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from evo.tools import file_interface
 
-from alignscores.trajectories.files import read_kitti, read_tum
+from alignscores.io import read_kitti, read_tum
 
 from ..conftest import AT_STAMPS, COLMAP, KITTI, TUM
 
@@ -84,7 +84,8 @@ def test_output_folder(run, tmp_path):
     """It is created, and has every result; of several estimates each has an aligned file."""
     folder = tmp_path / "results"
     assert run(*TUM, TUM[1], "-o", folder)[0] == 0
-    names = ["scores.json", "errors.csv", "metrics.csv", "plot.png", "page.html"]
+    names = ["scores.json", "errors.csv", "scores.csv", "scores.md", "scores.tex"]
+    names += ["plot.png", "page.html"]
     names += ["aligned_estimate.txt", "aligned_reference.txt"]
     assert sorted(path.name for path in folder.iterdir()) == sorted(names)
     saved = "--frames", TUM[1], "-o", folder

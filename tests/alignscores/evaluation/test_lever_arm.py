@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import Trajectory, evaluate
-from alignscores.trajectories.files import read_tum
+from alignscores.io import read_tum
 
 ARM = np.array([0.2, -0.1, 0.2])
 

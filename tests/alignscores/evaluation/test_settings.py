@@ -8,7 +8,7 @@ import pytest
 
 from alignscores import Settings
 from alignscores.evaluation.settings import options
-from alignscores.trajectories.formats import FORMATS
+from alignscores.io import FORMATS
 
 
 @pytest.mark.parametrize(

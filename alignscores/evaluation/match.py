@@ -1,0 +1,389 @@
+"""Which estimated pose belongs to which reference pose: by time, by image name or by row."""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from os import PathLike
+from pathlib import PurePosixPath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Booleans, Floats, Indices
+from ..io import Trajectory, read_stamps
+from ..translation import closest_pair_quartile
+from ..validation import finite_rows
+from .reading import KEY_KINDS, check_duplicates, first_rows, warn
+from .settings import Settings
+from .time import (
+    chord_error,
+    covered_frames,
+    nearest_stamps,
+    poses_at,
+    reference_at,
+    reference_gap,
+    sampled_rows,
+)
+
+__all__ = [
+    "Matches",
+    "check_scorable",
+    "match",
+    "no_clock",
+    "poses_of_rows",
+    "with_stamps_of_sparse",
+]
+
+SPARSE_STEP = 0.11  # seconds between poses: a reference slower than the default rate
+MAX_CHORD = 0.02  # RMS error of straight lines between reference poses, in units of d
+EVO_T_MAX_DIFF = 0.01  # seconds
+MIN_STEP = 1e-4  # seconds; smaller ones are no camera's
+MIN_POSES, MIN_SHARE = 4, 0.05  # with a reference, below which an estimate is refused
+
+
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """Reference and estimated poses, row by row the same frame, ready to be scored."""
+
+    keys: NDArray[Any]  # time stamps, image names or row numbers of the reference
+    gt_poses: Floats
+    est_poses: Floats  # not finite where there is none
+    gt_rows: Indices
+    est_rows: Indices  # -1 where there is none
+    expected_rows: Indices  # of the reference, scored or not
+    unit: float  # d of the expected frames, or the given one; NaN where it is undefined
+    unmatched: int  # estimated poses without a reference pose
+    duplicate: int  # estimated poses whose stamp or name another one has first
+    without_reference: Floats  # stamps of `Settings.frames` without a reference pose
+    pose_rows: Indices  # every estimated pose that has a reference, each once
+    pose_references: Floats  # the reference of each, by time stamps at the pose's own time
+    has_rotations: bool = True  # of both; otherwise they are the identity
+
+    @property
+    def timed(self) -> bool:
+        """Whether poses were matched by their time stamps."""
+        return self.keys.dtype.kind == "f"
+
+    @property
+    def matched(self) -> int:
+        """Number of expected frames with an estimated pose, finite or not."""
+        return int(np.sum(self.est_rows >= 0))
+
+    @property
+    def n_poses(self) -> int:
+        """Number of estimated poses that these have."""
+        return len(np.unique(self.est_rows[self.est_rows >= 0]))
+
+
+def match(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
+    """Return the estimated pose of each expected frame of a reference, as `read_reference` has it.
+
+    The expected frames depend on the reference and the settings alone. By time stamps each pose
+    covers half of ``max_gap`` before and after its own time, and more while the reference stands
+    still between two poses: it stays within d and 10 degrees of one of them. A covered frame takes
+    the nearest pose, with the reference at the pose's own time; the other frames are lost. A pose
+    of NaN is none.
+
+    Image names are equal. If no two are, they match by the longest ending of their paths that any
+    two have in common and that is unique, whatever the case and the slashes; at last by the file
+    name without its extension. Whole numbers (of frames, or stamps that are whole) must be equal;
+    where both are mere row numbers, 0, 1, 2, ... as of KITTI, the number of rows must be the same.
+
+    Warn where stamps are not in order, or images do not match by their names. Raise ValueError
+    where nothing matches.
+    """
+    if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
+        matches = _by_time(reference, estimate, settings)
+    else:
+        matches = _by_key(reference, estimate, settings)
+    n = len(estimate.keys)
+    check_duplicates(n, n - matches.duplicate, matches.keys, "estimate")
+    if settings.missing == "fail":
+        return matches
+    scored = matches.est_rows >= 0
+    names = "keys", "gt_poses", "est_poses", "gt_rows", "est_rows"
+    return replace(matches, **{name: getattr(matches, name)[scored] for name in names})
+
+
+def check_scorable(
+    reference: Trajectory, estimate: Trajectory, matches: Matches, settings: Settings
+) -> None:
+    """Raise a ValueError that says what to do where poses are too few, or d is undefined."""
+    n_poses, n = matches.n_poses, len(estimate.keys)
+    share = 1 - matches.unmatched / max(n - matches.duplicate, 1)
+    covered = matches.matched / len(matches.expected_rows)
+    few = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    if few and matches.timed:  # poses may be closer together than frames, not than the reference
+        nearest, _ = nearest_stamps(reference.keys, estimate.keys[matches.pose_rows])
+        n_poses = len(np.unique(nearest))
+        few = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    if few or (share < MIN_SHARE and covered < MIN_SHARE):
+        options = f"--missing {settings.missing}"
+        if matches.timed:
+            options += f", --t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g}"
+        needed = f"{MIN_POSES} poses" if few else f"{MIN_SHARE:.0%} of either"
+        raise ValueError(
+            f"only {n_poses} of {n} poses could be matched to the reference, for {covered:.1%} of "
+            f"the expected frames, and it takes {needed} ({options})"
+        )
+    if np.isnan(matches.unit):
+        n = len(matches.expected_rows)
+        reason = (
+            f"the reference has {n} of the 4 poses that it takes"
+            if n < 4
+            else "at least three quarters of the reference poses coincide with another one"
+        )
+        raise ValueError(f"d cannot be derived: {reason}; --unit sets it")
+
+
+def with_stamps_of_sparse(
+    reference: Trajectory, estimate: Trajectory, settings: Settings
+) -> tuple[Trajectory, Settings, float]:
+    """Return an estimate at the stamps of a reference that is too sparse to be interpolated.
+
+    The third value is the RMS error of straight lines between its poses, in units of d; zero where
+    these are used. The rule depends on the reference and the settings only.
+    """
+    if settings.sync != "auto" or not reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
+        return estimate, settings, 0.0
+    if len(reference.keys) < MIN_POSES or np.median(np.diff(reference.keys)) < SPARSE_STEP:
+        return estimate, settings, 0.0
+    rows, _ = _expected_rows(reference.keys, settings)
+    unit = _unit(reference.poses[rows], settings)
+    gap = reference_gap(reference.keys, settings.frames_per_second)
+    chord = chord_error(reference, gap) / unit
+    if not chord > MAX_CHORD:
+        return estimate, settings, 0.0
+    some = first_rows(estimate.keys, _present(estimate.poses), "estimate")
+    at_stamps = poses_at(
+        reference.keys,
+        Trajectory(estimate.keys[some], estimate.poses[some]),
+        near=min(settings.t_max_diff, EVO_T_MAX_DIFF),
+        t_max_diff=settings.t_max_diff,
+    )
+    return at_stamps if len(at_stamps.keys) else estimate, replace(settings, sync="nearest"), chord
+
+
+def no_clock(stamps: Floats) -> str:
+    """Return the reason why stamps tell no time, or an empty string."""
+    if len(stamps) < 2 or np.median(np.diff(np.sort(stamps))) >= MIN_STEP:
+        return ""
+    return "; its stamps count by one and tell no time: no --t_offset helps"
+
+
+def poses_of_rows(estimate: Trajectory, rows: Indices) -> Floats:
+    """Return the poses of an estimate in some rows; NaN for a row of -1."""
+    return np.where((rows >= 0)[:, None, None], estimate.poses[rows], np.nan)
+
+
+def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
+    """Find the pose that covers each expected frame."""
+    rows, without_reference = _expected_rows(reference.keys, settings)
+    frames = Trajectory(reference.keys[rows], reference.poses[rows])
+    unit = _unit(frames.poses, settings)
+
+    present = _present(estimate.poses)
+    all_rows = first_rows(estimate.keys, present, "estimate")
+    stamps = estimate.keys[all_rows]
+    nearest_only, t_max_diff = settings.sync == "nearest", settings.t_max_diff
+    gap = 0.0 if nearest_only else reference_gap(reference.keys, settings.frames_per_second)
+    at_poses, has_reference = reference_at(reference, stamps, gap=gap, t_max_diff=t_max_diff)
+    if not has_reference.any():
+        raise _nothing_in_common(reference.keys, stamps, t_max_diff)
+    est_rows, at_poses = all_rows[has_reference], at_poses[has_reference]
+    nearest, covered = covered_frames(
+        frames,
+        Trajectory(estimate.keys[est_rows], at_poses),
+        reach=max(t_max_diff, settings.max_gap / 2),
+        unit=np.nan_to_num(unit) if settings.max_gap > 0 else -1.0,  # within which no frame is
+    )
+    if not covered.any():
+        raise _nothing_in_common(frames.keys, stamps, t_max_diff)
+    covering = np.where(covered, est_rows[nearest], -1)
+    within = _is_expected(estimate.keys[est_rows], settings)
+    if nearest_only and len(est_rows) > len(reference.keys):  # as evo: a pose a reference pose
+        within &= _is_nearest(reference.keys, estimate.keys[est_rows])
+    return Matches(
+        keys=frames.keys,
+        gt_poses=np.where(covered[:, None, None], at_poses[nearest], frames.poses),
+        est_poses=poses_of_rows(estimate, covering),
+        gt_rows=rows,
+        est_rows=covering,
+        expected_rows=rows,
+        unit=unit,
+        unmatched=len(all_rows) - len(est_rows),
+        duplicate=int(present.sum()) - len(all_rows),
+        without_reference=without_reference,
+        pose_rows=est_rows[within],
+        pose_references=at_poses[within],
+    )
+
+
+def _expected_rows(ref_stamps: Floats, settings: Settings) -> tuple[Indices, Floats]:
+    """Return the rows of the reference that are expected, and the frames that have none."""
+    if settings.frames is None:
+        rows, without_reference = sampled_rows(ref_stamps, settings.frames_per_second), np.empty(0)
+    else:
+        rows, without_reference = _rows_of_frames(ref_stamps, settings)
+    rows = rows[_is_expected(ref_stamps[rows], settings)]
+    if len(rows) == 0:
+        limits = {"t_start": settings.t_start, "t_end": settings.t_end}
+        shown = " and ".join(f"{name} {at:.6f} s" for name, at in limits.items() if at is not None)
+        raise ValueError(
+            f"no reference pose is expected with {shown}: the reference goes from "
+            f"{ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s"
+        )
+    return rows, without_reference
+
+
+def _rows_of_frames(ref_stamps: Floats, settings: Settings) -> tuple[Indices, Floats]:
+    """Return the rows of the reference nearest to the frames, and the frames that have none."""
+    frames = settings.frames
+    stamps = read_stamps(frames) if isinstance(frames, (str, PathLike)) else np.array(frames)
+    stamps = np.unique(stamps + float(settings.t_offset))
+    nearest, distance = nearest_stamps(ref_stamps, stamps)
+    near = distance <= settings.t_max_diff
+    if not near.any():
+        raise ValueError(
+            f"no expected frame has a reference pose: the frames go from {stamps[0]:.6f} to "
+            f"{stamps[-1]:.6f} s, the reference from {ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s "
+            f"(t_max_diff {settings.t_max_diff:g} s)"
+        )
+    return np.unique(nearest[near]), stamps[~near]
+
+
+def _is_expected(stamps: Floats, settings: Settings) -> Booleans:
+    """Return which stamps are from the first to the last time that is expected."""
+    low = -inf if settings.t_start is None else settings.t_start
+    high = inf if settings.t_end is None else settings.t_end
+    return np.asarray((stamps >= low) & (stamps <= high))
+
+
+def _is_nearest(ref_stamps: Floats, stamps: Floats) -> Booleans:
+    """Return which poses are, of those with the same nearest reference pose, the nearest to it."""
+    partners, distance = nearest_stamps(ref_stamps, stamps)
+    order = np.lexsort((distance, partners))
+    nearest = np.zeros(len(stamps), dtype=bool)
+    nearest[order[np.unique(partners[order], return_index=True)[1]]] = True
+    return nearest
+
+
+def _present(poses: Floats) -> Booleans:
+    """Return which poses are not all NaN, which is no pose; all of them where all are NaN."""
+    present = ~np.asarray(np.isnan(poses[:, :3]).all(axis=(1, 2)))
+    return present if present.any() else ~present
+
+
+def _unit(poses: Floats, settings: Settings) -> float:
+    """Return d of the poses unless it is set; NaN where it is undefined."""
+    if settings.unit is not None:
+        return settings.unit
+    try:
+        return closest_pair_quartile(poses[:, :3, 3])
+    except ValueError:
+        return np.nan
+
+
+def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float) -> ValueError:
+    """Return the error of an estimate without a pose near one of the reference."""
+    inside = est_stamps[(est_stamps >= ref_stamps[0]) & (est_stamps <= ref_stamps[-1])]
+    hint = no_clock(est_stamps)
+    if len(inside) and not hint:
+        distance = float(np.median(nearest_stamps(ref_stamps, inside)[1]))
+        hint = (
+            f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves the "
+            "stamps of the estimate, a larger --t_max_diff accepts them"
+        )
+    return ValueError(
+        f"no time stamps in common: the reference goes from {ref_stamps[0]:.6f} to "
+        f"{ref_stamps[-1]:.6f} s, the estimate from {est_stamps[0]:.6f} to {est_stamps[-1]:.6f} s "
+        f"(t_max_diff {t_max_diff:g} s){hint}"
+    )
+
+
+def _by_key(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
+    """Find the pose of the same image, frame or row."""
+    ref_keys, est_keys = reference.keys, estimate.keys
+    if {ref_keys.dtype.kind, est_keys.dtype.kind} == {"f", "i"}:
+        ref_keys, est_keys = _numbers(ref_keys), _numbers(est_keys)
+    kinds = ref_keys.dtype.kind, est_keys.dtype.kind
+    if kinds[0] != kinds[1]:
+        raise ValueError(
+            f"the reference has {KEY_KINDS[kinds[0]]}, the estimate {KEY_KINDS[kinds[1]]}: write "
+            "a column of the same kind into both (--columns names it)"
+        )
+    rows = first_rows(est_keys, np.ones(len(est_keys), dtype=bool), "estimate")
+    partners = _partners(ref_keys, est_keys[rows])
+    est_rows = np.where(partners >= 0, rows[partners], -1)
+    expected = np.flatnonzero(finite_rows(reference.poses))
+    gt_poses, est_rows = reference.poses[expected], est_rows[expected]
+    return Matches(
+        keys=ref_keys[expected],
+        gt_poses=gt_poses,
+        est_poses=poses_of_rows(estimate, est_rows),
+        gt_rows=expected,
+        est_rows=est_rows,
+        expected_rows=expected,
+        unit=_unit(gt_poses, settings),
+        unmatched=len(rows) - int(np.sum(partners >= 0)),
+        duplicate=len(est_keys) - len(rows),
+        without_reference=np.empty(0),
+        pose_rows=est_rows[est_rows >= 0],
+        pose_references=gt_poses[est_rows >= 0],
+    )
+
+
+def _numbers(keys: NDArray[Any]) -> NDArray[Any]:
+    """Return the numbers of frames that time stamps are if they are whole."""
+    numbers = np.round(keys)
+    return numbers.astype(np.int64) if (numbers == keys).all() else keys
+
+
+def _partners(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> Indices:
+    """Return the index of the estimate's key for each of the reference; -1 where it has none."""
+    n, names = len(ref_keys), ref_keys.dtype.kind == "U"
+    if not names and all(
+        np.array_equal(keys, np.arange(len(keys))) for keys in (ref_keys, est_keys)
+    ):
+        if n != len(est_keys):
+            raise ValueError(
+                f"the reference has {n} poses, the estimate {len(est_keys)}: without "
+                "stamps or names they correspond row by row, so their number must be the same "
+                "(write a row of nan for each frame that was lost)"
+            )
+        return np.arange(n)
+    ref, est = ref_keys.tolist(), est_keys.tolist()
+    pairs = _unique_pairs(ref, est)
+    if names and not pairs and (pairs := _pairs_by_ending(ref, est)):
+        first, second = pairs[0]
+        warn(f"images are matched by the end of their path: {ref[first]!r} and {est[second]!r}")
+    if not pairs:
+        raise ValueError(
+            f"no {'image names' if names else 'frame numbers'} in common: the reference has "
+            f"{ref[0]!r}, the estimate {est[0]!r}, for example"
+        )
+    partners = np.full(n, -1)
+    rows, partners_of_rows = np.transpose(pairs)
+    partners[rows] = partners_of_rows
+    return partners
+
+
+def _pairs_by_ending(ref: Sequence[str], est: Sequence[str]) -> list[tuple[int, int]]:
+    """Return pairs by the longest unique ending of paths, otherwise by name without extension."""
+    paths = [[re.split(r"[\\/]", name.casefold()) for name in names] for names in (ref, est)]
+    for length in range(max(len(path) for of in paths for path in of), 0, -1):
+        if pairs := _unique_pairs(*([tuple(path[-length:]) for path in of] for of in paths)):
+            return pairs
+    return _unique_pairs(*([PurePosixPath(path[-1]).stem for path in of] for of in paths))
+
+
+def _unique_pairs(ref_keys: Sequence[Any], est_keys: Sequence[Any]) -> list[tuple[int, int]]:
+    """Return the positions of equal keys, of those that occur once."""
+    once = [
+        {key: row for row, key in enumerate(keys) if count[key] == 1}
+        for keys, count in ((keys, Counter(keys)) for keys in (ref_keys, est_keys))
+    ]
+    return [(row, once[1][key]) for key, row in once[0].items() if key in once[1]]

@@ -1,0 +1,156 @@
+"""COLMAP models: folders with text or binary files, and models of pycolmap in memory."""
+
+import struct
+from contextlib import suppress
+from os import SEEK_END
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .files import FileError, FilePath, Source, is_number, numbered_lines, open_file
+from .text import format_of_table, read_hloc
+from .trajectory import Trajectory, checked, inverse_poses, poses_from_quaternions
+
+__all__ = ["has_model", "is_model", "read_colmap"]
+
+Images = list[tuple[str, tuple[float, ...]]]  # names, and qw qx qy qz tx ty tz
+
+MAX_BYTES = 10**11  # of images.bin and images.txt, most of which are points, which are not read
+# In images.bin: number, pose and camera of an image; its name; the number of its points.
+POSE = struct.Struct("<4x7d4x")
+POINT = 24  # bytes
+MAX_NAME = 4096  # bytes
+
+
+def read_colmap(path: Any) -> Trajectory:
+    """Read the registered images of a COLMAP model.
+
+    Parameters
+    ----------
+    path : path or pycolmap.Reconstruction
+        The model's folder, with text or binary files, or the model in memory; also hloc's table
+        ``name qw qx qy qz tx ty tz``, which has COLMAP's convention.
+
+    Returns
+    -------
+    Trajectory
+        Image names and camera-to-world poses, ordered by name.
+
+    Raises
+    ------
+    FileError
+        Where the model cannot be read, or holds no registered image.
+
+    Examples
+    --------
+    >>> from alignscores.io import read_colmap
+    >>> trajectory = read_colmap("tests/data/colmap/reference")
+    >>> trajectory.keys[:2]
+    array(['0000.png', '0001.png'], dtype='<U8')
+    """
+    if not is_model(path):
+        return _read(Path(path))
+    images = []
+    for image in path.images.values():
+        if image.has_pose:
+            pose = image.cam_from_world()
+            x, y, z, w = pose.rotation.quat
+            images.append((image.name, (w, x, y, z, *pose.translation)))
+    return _trajectory("the Reconstruction", images)
+
+
+def is_model(model: object) -> bool:
+    """Return whether something is a COLMAP model in memory, without importing pycolmap."""
+    return type(model).__module__.partition(".")[0] == "pycolmap"
+
+
+def has_model(folder: Path) -> bool:
+    """Return whether a folder has a COLMAP model, or one of its folders has."""
+    return any(folder.glob("images.*")) or any(folder.glob("*/images.*"))
+
+
+def _read(path: Path) -> Trajectory:
+    """Read a model from its folder or its images.bin or images.txt, or a table of hloc."""
+    if path.is_file():
+        return _read_file(path)
+    for file in (path / "images.bin", path / "images.txt"):
+        if file.exists():
+            return _read_file(file)
+    if models := sorted({file.parent.name for file in path.glob("*/images.*")}):
+        example = path / models[0]
+        raise FileError(path, f"holds {len(models)} models; name one, such as {example}")
+    reason = "is not a folder with a COLMAP model, as sparse/0 is"
+    raise FileError(path, f"{reason}: it has no images.bin or images.txt")
+
+
+def _read_file(path: Path) -> Trajectory:
+    if path.name == "images.bin":
+        return _trajectory(path.parent, _images_of_binary(path))
+    if path.name == "images.txt":
+        return _trajectory(path.parent, _images_of_text(path))
+    with suppress(FileError):
+        if format_of_table(path) == "hloc":
+            return read_hloc(path)
+    reason = "is a file, not the folder of a COLMAP model; leave out the format to have it detected"
+    raise FileError(path, reason)
+
+
+def _images_of_binary(path: Path) -> Images:
+    """Return the registered images of a binary model."""
+    images: Images = []
+    with open_file(path, MAX_BYTES) as file:
+        size = file.seek(0, SEEK_END)
+        file.seek(0)
+        n = int.from_bytes(file.read(8), "little")
+        while len(images) < n:
+            head, name = file.read(POSE.size), bytearray()
+            while (letter := file.read(1)) not in (b"", b"\0") and len(name) < MAX_NAME:
+                name += letter
+            n_points = file.read(8)
+            end = file.tell() + POINT * int.from_bytes(n_points, "little")
+            if len(n_points) < 8 or end > size:
+                break
+            images.append((name.decode(errors="replace"), POSE.unpack(head)))
+            file.seek(end)
+        if len(images) < n or size < 8:
+            raise FileError(path, f"is cut off: it holds {len(images)} of its {n} images")
+        if rest := size - file.tell():
+            raise FileError(path, f"is damaged: {rest} bytes follow the last of its {n} images")
+    return images
+
+
+def _images_of_text(path: Path) -> Images:
+    """Return the registered images of a text model."""
+    images: Images = []
+    lines = (line for line in numbered_lines(path, MAX_BYTES) if not line[1].startswith("#"))
+    for number, line in lines:
+        fields = line.strip().split(maxsplit=9)
+        if not fields:
+            continue
+        if len(fields) < 10 or not all(is_number(field, finite=True) for field in fields[:9]):
+            reason = "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "
+            raise FileError(path, f"{reason}of them numbers", place=f"line {number}")
+        images.append((fields[9].strip(), tuple(map(float, fields[1:8]))))
+        number, line = next(lines, (number, ""))
+        if not _are_points(line.split()):
+            reason = "expected the line of 2D points, 'X Y POINT3D_ID ...', after each image"
+            raise FileError(path, reason, place=f"line {number}")
+    return images
+
+
+def _are_points(fields: list[str]) -> bool:
+    """Return whether a line of images.txt has points: two numbers and a whole one each."""
+    whole = all(field.removeprefix("-").isdecimal() for field in fields[2::3])
+    return len(fields) % 3 == 0 and whole and all(map(is_number, fields))
+
+
+def _trajectory(path: FilePath, images: Images) -> Trajectory:
+    """Return the trajectory of registered images, whose poses are world-to-camera."""
+    if not images:
+        raise FileError(path, "the model has no registered image")
+    names, poses = zip(*sorted(images), strict=True)
+    quaternions, translations = np.split(np.array(poses), [4], axis=1)
+    source = Source(path, lambda row: f"image {names[row]!r}")
+    world_to_camera = poses_from_quaternions(translations, quaternions[:, [1, 2, 3, 0]], source)
+    return checked(np.array(names), inverse_poses(world_to_camera), source)

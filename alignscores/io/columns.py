@@ -1,0 +1,253 @@
+"""What the columns of a text table hold: by ``--columns``, by a header, or by their number.
+
+The rule for headers: a name is cut into words at everything but letters. A word that is an axis,
+x, y, z or w, or ends in one, makes it a coordinate.
+
+- Position: the axis alone, or with one of `POSITIONS`, as in ``tx``, ``p_RS_R_x [m]``,
+  ``pose.position.x``, ``tx_world_device``, ``x_gt``.
+- Quaternion: with one of `ORIENTATIONS`, as in ``qx``, ``q_RS_w []``, ``rotW``; all four.
+- Rotation vector in radians: ``rx``, ``ry``, ``rz``, or with one of `VECTORS`. Matrix: ``r11`` to
+  ``r33``.
+- Another quantity: with one of `OTHERS`, as in ``v_x`` or ``pos_std_x``.
+- Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``. If a column is called a stamp, no
+  other is a time. Seconds and a column with their fraction are added.
+- Number of the frame: one of `NUMBERS`. Name of the image: one of `NAMES`.
+
+One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
+header with two positions, rotations or clocks is refused with the choices.
+"""
+
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from contextlib import suppress
+
+from .files import FileError, is_number, to_number
+from .tables import COMMENTS, Table
+from .trajectory import MAX_DEVIATION
+
+__all__ = ["FOUR_ROWS", "POSITION", "QUATERNION", "VECTOR", "name_columns", "parse_columns"]
+
+POSITION = ("x", "y", "z")
+QUATERNION = ("qx", "qy", "qz", "qw")
+VECTOR = ("rx", "ry", "rz")
+ROTATION = tuple(f"r{row}{column}" for row in "123" for column in "123")
+LAST_ROW = ("r41", "r42", "r43", "r44")
+TUM, W_FIRST = "t x y z qx qy qz qw", "t x y z qw qx qy qz"
+MATRIX = "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
+FOUR_ROWS = f"{MATRIX} {' '.join(LAST_ROW)}"
+KNOWN = ["x y z", "t x y z", TUM[2:], MATRIX, f"n {MATRIX}", FOUR_ROWS, f"n {FOUR_ROWS}"]
+BY_WIDTH = {len(names.split()): names for names in KNOWN}  # of tables that do not name them
+OF_NAMES = [
+    "name qw qx qy qz x y z",
+    "name x y z qx qy qz qw",
+    f"name {MATRIX}",
+    f"name {FOUR_ROWS}",
+]
+EUROC_STAMP = 1e16  # of w first without a header: whole nanoseconds since 1970
+
+NAME_THEM = (
+    "name them, as in --columns 't x y z qx qy qz qw' or, for rotation vectors, "
+    "'t rx ry rz x y z' (- skips one)"
+)
+COLUMNS = "t (t_s, t_ms, t_us, t_ns), n, name, x, y, z, qx, qy, qz, qw, rx, ry, rz, r11 to r33 or -"
+
+Groups = dict[tuple[str, ...], list[tuple[str, list[int]]]]  # owner and columns, by part
+
+# Words in headers.
+TIMES = {"t", "ts", "time", "times", "stamp", "timestamp", "timestamps"}
+NUMBERS = {"n", "num", "number", "id", "idx", "index", "frame", "seq"}
+NAMES = {"name", "image", "img", "filename", "imagename", "file"}
+OWNERS = {"gt", "groundtruth", "ground", "truth", "true", "ref", "reference"}
+OWNERS |= {"est", "estimate", "estimated", "pred", "predicted"}
+POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation"}
+ORIENTATIONS = {"q", "quat", "quaternion", "orientation", "rot", "rotation"}
+VECTORS = {"rvec", "rotvec", "rodrigues"}
+OTHERS = {"v", "vel", "velocity", "speed", "acc", "accel", "acceleration", "gyro", "angular", "w"}
+OTHERS |= {"a", "b", "linear", "twist", "omega", "bias", "force", "gravity", "euler"}
+OTHERS |= {"cov", "covariance", "std", "sigma", "var", "variance", "err", "error", "errors"}
+
+
+def name_columns(table: Table, named: str | None = None) -> list[str]:
+    """Return what each column of a table holds; - for columns that are not used."""
+    width = len(table.first)
+    names = parse_columns(named) if named else _of_header(table) or _by_width(table)
+    if not 0 < len(names) <= width:
+        unknown = f"whose meaning is unknown; {NAME_THEM}"
+        reason = f"not the {len(names)} of {named!r}" if named else unknown
+        raise table.source.error(0, f"has {width} column{'s' * (width != 1)}, {reason}")
+    return names + ["-"] * (width - len(names))
+
+
+def parse_columns(text: str) -> list[str]:
+    """Return the columns that ``--columns`` names; the error says which of them is wrong."""
+    words = text.replace(",", " ").split()
+    names = [_what(word) for word in words]
+    if wrong := [word for word, name in zip(words, names, strict=True) if name == "-" != word]:
+        raise ValueError(f"{wrong[0][:40]!r} is no column: give {COLUMNS}")
+    used = [name for name in names if name != "-"]
+    if "x" not in names or _complete(names) != names or len({*used}) < len(used):
+        raise ValueError("columns must be x, y and z, and all of a rotation or none, each once")
+    return names
+
+
+def _of_header(table: Table) -> list[str]:
+    """Return the columns that a line above the rows names; none if no line does."""
+    width = len(table.first)
+    for line in reversed(table.above):
+        words = _words(line)
+        names = _complete([_what(word) for word in words])
+        if "x" in names and len(names) <= width:
+            table.header = words
+            return _unambiguous(words, names, table)
+        if re.search("latitude|(?<![a-z])lat(?![a-z])", line.lower()):
+            raise FileError(table.path, "has latitudes; it takes positions x, y, z in one unit")
+        if "rotation_matrix" in words and "translation_vector" in words:
+            raise FileError(
+                table.path,
+                "is a submission to the Image Matching Challenge, which has several scenes: write "
+                "a file 'name qw qx qy qz tx ty tz' for each scene",
+            )
+        if len(names) == width and not line.startswith(COMMENTS):
+            reason = f"its header names no x, y, z ({line[:60]!r}); {NAME_THEM}"
+            raise FileError(table.path, reason)
+    return []
+
+
+def _words(header: str) -> list[str]:
+    """Return the names in a header."""
+    text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lower().lstrip("#%/ \t"))  # x [m]
+    return text.replace(";", ",").split("," if "," in text or ";" in text else None)
+
+
+def _unambiguous(words: Sequence[str], names: Sequence[str], table: Table) -> list[str]:
+    """Return the columns of one position, rotation and clock; refuse several with the choices."""
+    poses, clocks = _poses(words, names), _clocks(words, names)
+    keys = [
+        next((i for i, name in enumerate(names) if name == key and is_key(table.first[i])), None)
+        for key, is_key in (("n", is_number), ("name", lambda field: not is_number(field)))
+    ]
+    choices = [
+        [name if index in (*pose, *clock, *keys) else "-" for index, name in enumerate(names)]
+        for pose in poses
+        for clock in clocks
+    ]
+    if len(choices) == 1:
+        return choices[0]
+    what = "poses" if len(poses) > 1 else "clocks"
+    shown = " or ".join(f"'{' '.join(choice)}'" for choice in choices[:4])
+    reason = f"its header names {len(choices)} {what}; choose one by --ref_columns or --est_columns"
+    raise FileError(table.path, f"{reason} {shown}")
+
+
+def _poses(words: Sequence[str], names: Sequence[str]) -> list[list[int]]:
+    """Return the columns of each position with its rotation, if there is one.
+
+    Both have the same owner; a rotation without an owner belongs to the only position.
+    """
+    parts = POSITION, QUATERNION, VECTOR, ROTATION, LAST_ROW
+    owners = [" ".join(sorted(OWNERS & {*re.findall("[a-z]+", word)})) for word in words]
+    groups: Groups = defaultdict(
+        list
+    )  # the columns of a part with one owner, the first, the second ...
+    for part in parts:
+        for owner in dict.fromkeys(owners):
+            columns = {
+                name: [i for i, own in enumerate(owners) if (names[i], own) == (name, owner)]
+                for name in part
+            }
+            groups[part] += [(owner, list(group)) for group in zip(*columns.values(), strict=False)]
+    poses = []
+    for owner, position in groups[POSITION]:
+        rotations = [(whose, columns) for part in parts[1:4] for whose, columns in groups[part]]
+        own = [columns for whose, columns in rotations if whose == owner]
+        if not own and len(groups[POSITION]) == 1:
+            own = [columns for whose, columns in rotations if not whose]
+        last_row = [column for _, columns in groups[LAST_ROW] for column in columns]
+        poses += [[*position, *rotation, *last_row] for rotation in own or [[]]]
+    return poses
+
+
+def _clocks(words: Sequence[str], names: Sequence[str]) -> list[list[int]]:
+    """Return the column of each clock; a clock may have seconds and their fraction."""
+    times = [index for index, name in enumerate(names) if name[0] == "t"]
+    stamps = [index for index in times if "stamp" in words[index]]
+    times = stamps or times
+    if (
+        len(times) == 2
+        and "t_s" in (units := [names[index] for index in times])
+        and ({*units} & {"t_ms", "t_us", "t_ns"})
+    ):
+        return [times]
+    return [[index] for index in times] or [[]]
+
+
+def _by_width(table: Table) -> list[str]:
+    """Return the columns that a table usually has, if its first row agrees; none if unknown."""
+    width, first = len(table.first), table.first
+    if not is_number(first[0]):
+        layouts = [names.split() for names in OF_NAMES if len(names.split()) == width]
+    else:
+        stamp = to_number(first[0])
+        is_euroc = table.separator == "," and stamp >= EUROC_STAMP and stamp.is_integer()
+        tum = W_FIRST if is_euroc else TUM
+        layouts = [BY_WIDTH.get(width, tum).split(), tum.split()]
+    for names in layouts:
+        is_usual = width in (3, 4, 8) and names[0] != "name"
+        if len(names) <= width and (is_usual or _is_plausible(names, first)):
+            return names
+    return []
+
+
+def _what(text: str) -> str:
+    """Return what a column with this name holds."""
+    words = re.findall(r"[a-z]+\d*", text.lower())
+    if len(words) > 1 and words[-1] in ("m", "meters", "metres"):
+        words.pop()
+    if not words:
+        return "-"
+    for word in reversed(words):
+        axis = re.fullmatch("([a-z]*)([wxyz])", word)
+        if axis and axis[1] in {"", "r", *POSITIONS, *ORIENTATIONS, *VECTORS, *OWNERS}:
+            return _coordinate(axis[2], {axis[1]} - {""}, {*words} - {word})
+    last = words[-1]
+    unit = re.fullmatch("(|m|milli|u|micro|n|nano)s(ec(ond)?s?)?", last)
+    if TIMES & {*words} or (unit and len(last) > 2):  # sec, nsec
+        return f"t_{unit[1].replace('micro', 'u')[:1]}s" if unit else "t"
+    if last in NUMBERS:
+        return "n"
+    if NAMES & {*words}:
+        return "name"
+    return last if last in ROTATION + LAST_ROW else "-"
+
+
+def _coordinate(axis: str, prefix: set[str], others: set[str]) -> str:
+    """Return what a coordinate belongs to, by the letters before its axis or the other words."""
+    kinds = prefix or others
+    if OTHERS & (prefix | others):
+        return "-"
+    if kinds & ORIENTATIONS:
+        return f"q{axis}"
+    if axis == "w":
+        return "-"
+    if kinds & VECTORS or prefix == {"r"}:
+        return f"r{axis}"
+    return axis if kinds & {*POSITIONS, *OWNERS} or not kinds else "-"
+
+
+def _complete(names: Sequence[str]) -> list[str]:
+    """Return the columns without those of an incomplete position or rotation."""
+    columns = list(names)
+    for part in (POSITION, QUATERNION, VECTOR, ROTATION, LAST_ROW):
+        if not {*part} <= {*columns}:
+            columns = ["-" if name in part else name for name in columns]
+    return columns
+
+
+def _is_plausible(names: Sequence[str], fields: Sequence[str]) -> bool:
+    """Return whether a row has a rotation, or nan, where there should be one."""
+    row = dict(zip(names, fields, strict=False))
+    rotation, size = (QUATERNION, 1) if "qw" in row else (ROTATION, 3)
+    with suppress(ValueError):
+        return not abs(sum(to_number(row[name]) ** 2 for name in rotation) - size) > MAX_DEVIATION
+    return False

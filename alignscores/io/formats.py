@@ -1,0 +1,150 @@
+"""The formats of trajectory files, and which of them a file has."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from .arrays import read_arrays
+from .bags import read_bag
+from .colmap import has_model, read_colmap
+from .files import FileError, FilePath, read_head
+from .g2o import is_g2o, read_g2o
+from .scenes import is_json, is_opensfm, read_nerf, read_opensfm
+from .text import (
+    format_of_table,
+    has_matrices,
+    read_euroc,
+    read_hloc,
+    read_kitti,
+    read_matrices,
+    read_names,
+    read_tum,
+)
+from .trajectory import Trajectory
+
+__all__ = ["FORMATS", "Format", "recognise"]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of trajectory files.
+
+    A file has the first format whose suffix, folder or beginning it has; the others are text
+    tables, whose columns tell which it is.
+    """
+
+    help: str  # what a file holds
+    read: Callable[..., Trajectory]
+    suffixes: tuple[str, ...] = ()  # of names that no other format has
+    is_folder: Callable[[Path], bool] | None = None  # by what is in it
+    begins: Callable[[str], bool] | None = None  # by the beginning of the text
+    unit: str = "m"  # name of the reference's unit of length
+    timed: bool = False  # whether poses are matched by time stamps
+    topics: bool = False  # whether a file may hold several trajectories, by topic
+    tables: bool = False  # whether it is a text table, whose columns can be named
+    ordered: bool = True  # whether poses come in the order of time
+
+    def options(self, topic: str | None, columns: str | None) -> dict[str, str | None]:
+        """Return the options that the reader takes."""
+        return {"topic": topic} if self.topics else {"columns": columns} if self.tables else {}
+
+
+FORMATS = {
+    "tum": Format(
+        "text tables, 'timestamp tx ty tz qx qy qz qw' or with a header that names the columns",
+        read_tum,
+        timed=True,
+        tables=True,
+    ),
+    "kitti": Format(
+        "a 3x4 or 4x4 camera-to-world matrix a line, matched by line; 12 nan for a lost frame",
+        read_kitti,
+        tables=True,
+    ),
+    "euroc": Format(
+        "EuRoC's data.csv as reference; estimates like it, or in TUM format",
+        read_euroc,
+        timed=True,
+        tables=True,
+    ),
+    "names": Format(
+        "text tables of image names and camera-to-world poses, matched by name",
+        read_names,
+        tables=True,
+        ordered=False,
+    ),
+    "hloc": Format(
+        "text tables 'name qw qx qy qz tx ty tz', world-to-camera, matched by name",
+        read_hloc,
+        unit="units",
+        tables=True,
+        ordered=False,
+    ),
+    "colmap": Format(
+        "folders of COLMAP models, such as sparse/0, matched by image name",
+        read_colmap,
+        is_folder=has_model,
+        unit="units",
+        ordered=False,
+    ),
+    "matrices": Format(
+        "folders with one 4x4 matrix per file (7-Scenes, ScanNet), matched by number in the name",
+        read_matrices,
+        is_folder=has_matrices,
+    ),
+    "arrays": Format(
+        "NumPy's .npy or .npz with (n,4,4) or (n,3,4) matrices, matched by their stamps or rows",
+        read_arrays,
+        suffixes=(".npy", ".npz"),
+        timed=True,
+    ),
+    "bag": Format(
+        "bags of ROS 1 and 2, and MCAP, read by evo; an estimate may be a TUM file",
+        read_bag,
+        suffixes=(".bag", ".mcap", ".db3"),
+        is_folder=lambda folder: (folder / "metadata.yaml").is_file(),
+        timed=True,
+        topics=True,
+    ),
+    "opensfm": Format(
+        "OpenSfM's reconstruction.json, matched by image name",
+        read_opensfm,
+        begins=is_opensfm,
+        unit="units",
+        ordered=False,
+    ),
+    "nerf": Format(
+        "transforms.json, or nerfstudio's exported cameras, matched by file_path",
+        read_nerf,
+        begins=is_json,
+        unit="units",
+        ordered=False,
+    ),
+    "g2o": Format(
+        "pose graphs of g2o with VERTEX_SE3:QUAT, matched by number",
+        read_g2o,
+        begins=is_g2o,
+    ),
+}
+
+
+def recognise(path: FilePath, columns: str | None = None) -> str:
+    """Return the format of a file or a folder; the error says why none is recognised.
+
+    `columns` names the columns of a text table.
+    """
+    file = Path(path)
+    if file.is_dir():
+        for name, form in FORMATS.items():
+            if form.is_folder and form.is_folder(file):
+                return name
+        reason = "is a folder with no COLMAP model, bag or matrices in .txt files"
+        raise FileError(path, f"{reason}; name the format: alignscores FORMAT REF EST")
+    for name, form in FORMATS.items():
+        if file.suffix in form.suffixes:
+            return name
+    text = read_head(path)
+    for name, form in FORMATS.items():
+        if form.begins and form.begins(text):
+            return name
+    return format_of_table(path, columns)

@@ -1,0 +1,67 @@
+"""Pose graphs of g2o: the vertices are poses, the edges are not."""
+
+import numpy as np
+
+from .files import FileError, FilePath, Source, numbered_lines, to_number
+from .trajectory import Trajectory, checked, poses_from_quaternions
+
+__all__ = ["is_g2o", "read_g2o"]
+
+VERTEX = "VERTEX_SE3:QUAT"
+
+
+def read_g2o(path: FilePath) -> Trajectory:
+    r"""Read the vertices ``VERTEX_SE3:QUAT id x y z qx qy qz qw`` of a pose graph.
+
+    Parameters
+    ----------
+    path : path
+        As in `read_tum`.
+
+    Returns
+    -------
+    Trajectory
+        Numbers of the vertices, and camera-to-world poses.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read, it has no such vertex, or one is malformed.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from alignscores.io import read_g2o
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "graph.g2o")
+    ...     _ = path.write_text("VERTEX_SE3:QUAT 7 1 2 3 0 0 0 1\n")
+    ...     numbers, poses = read_g2o(path)
+    >>> numbers, poses[0, :3, 3]
+    (array([7]), array([1., 2., 3.]))
+    """
+    lines, numbers, values = [], [], []
+    for number, line in numbered_lines(path):
+        tag, *fields = line.split() or [""]
+        if tag != VERTEX:
+            continue
+        try:
+            _, *pose = map(to_number, fields)
+            if len(pose) != 7:
+                raise ValueError
+            numbers.append(int(fields[0]))
+        except ValueError:
+            reason = f"must hold '{VERTEX} id x y z qx qy qz qw'"
+            raise FileError(path, reason, place=f"line {number}") from None
+        lines.append(number)
+        values.append(pose)
+    if not values:
+        raise FileError(path, f"is a pose graph of g2o without {VERTEX}, which is all that is read")
+    source = Source(path, lambda row: f"line {lines[row]}")
+    positions, quaternions = np.split(np.array(values), [3], axis=1)
+    poses = poses_from_quaternions(positions, quaternions, source)
+    return checked(np.array(numbers), poses, source)
+
+
+def is_g2o(text: str) -> bool:
+    """Return whether a file that begins with this text is a pose graph."""
+    return text.lstrip().startswith(("VERTEX_", "EDGE_", "FIX "))

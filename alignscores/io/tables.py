@@ -1,0 +1,160 @@
+"""Text tables: the rows of a file, and the numbers in them.
+
+NumPy's `loadtxt` reads plain tables. What it refuses is read line by line: comments, quotes, empty
+fields, decimal commas, columns of text, and NaN as Microsoft's compilers write it. There the error
+names the line.
+"""
+
+import re
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import Floats
+from .files import FileError, FilePath, Source, is_number, numbered_lines, read_head, to_number
+
+__all__ = ["COMMENTS", "Table", "open_table"]
+
+COMMENTS = ("#", "%", "//")
+MISSING = {"", "na", "none", "null", "nan(ind)", "-nan(ind)", "nan(snan)", "-nan(snan)"}
+MICROSOFT = re.compile(r"([+-]?)1\.#(IND|QNAN|SNAN|INF)\d*", re.IGNORECASE)
+
+
+@dataclass
+class Table:
+    """A text file with a row of fields a line."""
+
+    path: FilePath
+    above: list[str]  # lines above the rows
+    start: int  # line of the first row
+    first: list[str]  # fields of the first row, without what is behind a separator at its end
+    separator: str | None  # ",", ";" with decimal commas, or None for blanks
+    n_after_name: int = 0  # numbers in a row that begins with a name, which may hold blanks
+    header: list[str] = field(default_factory=list)  # names of the columns, if a line names them
+    lines: Sequence[int] | None = None  # of the rows, once they have been read line by line
+
+    @property
+    def source(self) -> Source:
+        """The file, and the line of each row."""
+        return Source(self.path, self._line_of)
+
+    def _line_of(self, row: int) -> str:
+        if self.lines is None:
+            self.lines = array("q", (number for number, _ in self._rows()))
+        return f"line {self.lines[row]}"
+
+    def _rows(self) -> Iterator[tuple[int, str]]:
+        """Yield the rows with the numbers of their lines."""
+        for number, line in numbered_lines(self.path):
+            if number >= self.start and (row := _row(line)):
+                yield number, row
+
+    def numbers(self, columns: Sequence[int]) -> Floats:
+        """Return the numbers in some columns; every row has as many columns as the first."""
+        values = self._plain_numbers()
+        if values is None:
+            return self._parsed(columns)[1]
+        return values if list(columns) == list(range(len(self.first))) else values[:, columns]
+
+    def stamps(self) -> Floats:
+        """Return the numbers in the first column; rows may have any number of others."""
+        return self._parsed([0], any_width=True)[1][:, 0]
+
+    def names_and_numbers(self, name: int, columns: Sequence[int]) -> tuple[list[str], Floats]:
+        """Return the texts in a column, and the numbers in others."""
+        return self._parsed(columns, name)
+
+    def _plain_numbers(self) -> Floats | None:
+        """Return all numbers as `loadtxt` reads them, or None if it refuses the file."""
+        path = Path(self.path)
+        is_plain = self.separator != ";" and all(map(is_number, self.first))
+        if not (is_plain and path.is_file()):
+            return None
+        try:
+            return np.loadtxt(
+                path.absolute(),
+                delimiter=self.separator,
+                comments=None,
+                skiprows=self.start - 1,
+                ndmin=2,
+                encoding="utf-8-sig",
+            )
+        except ValueError:
+            return None
+
+    def _parsed(
+        self, columns: Sequence[int], name: int | None = None, *, any_width: bool = False
+    ) -> tuple[list[str], Floats]:
+        """Return names and numbers, read line by line."""
+        width, names = len(self.first), []
+        lines, values = array("q"), array("d")
+        for number, row in self._rows():
+            fields = self._fields(row)
+            n = len(fields)
+            if not (any_width or n == width or (n == width + 1 and not fields[-1])):
+                reason = f"has {n} column{'s' * (n != 1)}, the first row {width}"
+                raise FileError(self.path, reason, place=f"line {number}")
+            used = [fields[column] for column in columns]
+            used = ["nan" if text.lower() in MISSING else text for text in used]
+            try:
+                values.extend(map(to_number, used))
+            except ValueError:
+                wrong = next(text for text in used if not is_number(text))
+                reason = f"{wrong[:40]!r} is not a number; --columns names the columns"
+                raise FileError(self.path, reason, place=f"line {number}") from None
+            lines.append(number)
+            if name is not None:
+                names.append(fields[name])
+        self.lines = lines
+        return names, np.frombuffer(values).reshape(-1, len(columns))
+
+    def _fields(self, row: str) -> list[str]:
+        if not self.n_after_name:
+            return _split(row, self.separator)
+        fields = row.rsplit(maxsplit=self.n_after_name)
+        # Numbers in a name are those of another row, which a lost line break has joined.
+        return row.split() if sum(map(is_number, fields[0].split())) > 2 else fields
+
+
+def open_table(path: FilePath) -> Table:
+    """Return the table of a text file; its rows begin with the first line that has a number."""
+    above: list[str] = []
+    for number, line in enumerate(re.split("\r\n|\r|\n", read_head(path)), 1):
+        row = _row(line)
+        if row and any(map(is_number, re.split(r'[\s,;"]+', line))):
+            return _table(path, above, number, line, row)
+        above.append(line.strip())
+    raise FileError(path, "has no line of numbers")
+
+
+def _table(path: FilePath, above: list[str], number: int, line: str, row: str) -> Table:
+    separator = ";" if ";" in line.partition("#")[0] else "," if "," in row else None
+    first = _split(row, separator)
+    if separator is None and not is_number(first[0]):
+        after = first[::-1]
+        n_after_name = next(n for n, text in enumerate(after) if not is_number(text))
+        if n_after_name > 2:
+            first = row.rsplit(maxsplit=n_after_name)
+            return Table(path, above, number, first, None, n_after_name)
+    return Table(path, above, number, first if first[-1] else first[:-1], separator)
+
+
+def _split(row: str, separator: str | None) -> list[str]:
+    """Return the fields of a row without the quotes around them."""
+    fields = [text.strip() for text in row.split("," if separator else None)]
+    if '"' not in row:
+        return fields
+    return [text[1:-1] if re.fullmatch('".*"', text) else text for text in fields]
+
+
+def _row(line: str) -> str:
+    """Return a line with commas for semicolons; a blank line or a comment is empty."""
+    if ".#" in line:
+        line = MICROSOFT.sub(lambda one: f"{one[1]}inf" if one[2] in "INFinf" else "nan", line)
+    text = line.partition("#")[0].strip()
+    if ";" in text:
+        text = text.replace(",", ".").replace(";", ",")  # decimal commas
+    return "" if text.startswith(COMMENTS) else text

@@ -1,0 +1,93 @@
+"""What plots and pages draw over time: errors of all expected frames, lost time, deficits."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Booleans, Floats
+from ..evaluation.deficits import Deficit, in_order
+from ..evaluation.evaluation import Evaluation
+from ..evaluation.time import breaks
+from ..histogram import AlignmentScore
+from ..validation import finite_rows
+
+__all__ = ["Curve", "curve", "frames", "with_breaks"]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The errors of an estimate that a score counts, over the expected frames."""
+
+    score: str  # TAS or RAS
+    label: str  # of the errors, with their unit
+    result: AlignmentScore
+    errors: Floats  # infinite where the frame is lost
+    lost: Floats  # (m, 2), begin and end of each stretch of lost frames
+    deficits: list[tuple[float, float, Deficit]]  # begin and end of each costliest stretch
+
+    @property
+    def limit(self) -> float:
+        """The largest threshold."""
+        return float(self.result.thresholds[-1])
+
+
+def frames(evaluation: Evaluation) -> Floats:
+    """Return where the expected frames are drawn: times, numbers, or ranks of names."""
+    if evaluation.settings.form.ordered:
+        return evaluation.times
+    names = evaluation.reference.keys[evaluation.matches.expected_rows]
+    return np.argsort(in_order(names)).astype(float)
+
+
+def curve(evaluation: Evaluation, score: str) -> Curve:
+    """Return what the TAS or the RAS counts; without rotations the RAS has no errors."""
+    result: AlignmentScore = getattr(evaluation.result, score.lower())
+    unit = evaluation.settings.form.unit
+    errors = evaluation.over_expected(result.errors, np.inf)
+    poses = evaluation.matches.est_poses
+    parts = poses[:, :3, 3] if score == "TAS" else poses[:, :3, :3]
+    lost = evaluation.over_expected(~finite_rows(parts), True)
+    matches, (low, high) = evaluation.matches, _edges(frames(evaluation))
+    keys = evaluation.reference.keys[matches.expected_rows]
+    if matches.timed:
+        keys = np.round(evaluation.times, 6)
+    rows = {key: row for row, key in enumerate(keys.tolist())}
+    return Curve(
+        score=score,
+        label=f"position error [{unit}]" if score == "TAS" else "rotation error [deg]",
+        result=result,
+        errors=errors,
+        lost=_stretches(frames(evaluation), lost),
+        deficits=[
+            (float(low[rows[one.start]]), float(high[rows[one.end]]), one)
+            for one in evaluation.deficits
+            if one.score == score and one.start is not None
+        ],
+    )
+
+
+def _edges(x: Floats) -> tuple[Floats, Floats]:
+    """Return where each frame begins and ends: half-way to its neighbours, except at gaps."""
+    order = np.argsort(x)
+    steps = np.diff(x[order])
+    usual = float(np.median(steps)) if len(steps) else 1.0
+    steps[breaks(x[order]) - 1] = usual
+    low, high = np.empty(len(x)), np.empty(len(x))
+    low[order] = x[order] - np.r_[usual, steps] / 2
+    high[order] = x[order] + np.r_[steps, usual] / 2
+    return low, high
+
+
+def _stretches(x: Floats, chosen: Booleans) -> Floats:
+    """Return begin and end of each stretch of chosen frames; it ends at a gap of the reference."""
+    order, (low, high) = np.argsort(x), _edges(x)
+    chosen = chosen[order]
+    after_gap = np.isin(np.arange(len(x)), breaks(x[order]))
+    begins = chosen & (after_gap | ~np.r_[False, chosen[:-1]])
+    ends = chosen & np.r_[(after_gap | ~chosen)[1:], True]
+    return np.column_stack([low[order[begins]], high[order[ends]]])
+
+
+def with_breaks(evaluation: Evaluation, values: Floats) -> Floats:
+    """Return values of the expected frames with a NaN at each gap of the reference."""
+    return np.insert(values.astype(float), breaks(evaluation.times), np.nan, axis=0)

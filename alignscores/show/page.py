@@ -1,0 +1,392 @@
+"""The page of estimates of one reference: one file that needs no network.
+
+Needs plotly and Jinja, which the extra ``page`` brings.
+"""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from jinja2 import Environment
+from markupsafe import Markup
+from plotly.subplots import make_subplots
+
+from ..arrays import Floats
+from ..evaluation.evaluation import Evaluation
+from ..evaluation.notes import collected_warnings
+from ..texts import printable
+from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
+from ..validation import finite_rows
+from ..version import __version__
+from . import tables
+from .curves import Curve, curve, frames, with_breaks
+
+__all__ = ["figures", "page_of", "render"]
+
+POLICY = (  # nothing that the page shows can make it load anything
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
+)
+# Dark to light, so that the order survives greyscale and colour blindness.
+RAMP = ["#000004", "#180c3c", "#440a68", "#6d186e", "#972766", "#c03a51", "#e15635", "#f67e14"]
+BEYOND = "#1289c9"  # not a colour of the ramp
+COLOURS = ["#1f4e79", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#7a5c00", "#e69f00", "#444444"]
+DASHES = "solid", "dash", "dashdot", "dot"
+GREY = "#aaaaaa"
+N_PROFILE = 16  # largest thresholds at which a score is drawn
+LAYOUT: dict[str, Any] = {
+    "template": "plotly_white",
+    "margin": {"l": 60, "r": 10, "t": 60, "b": 45},
+    "legend": {"orientation": "h", "yref": "container", "y": 1, "yanchor": "top", "x": 0},
+    "font": {"size": 13},
+    "hoverlabel": {"namelength": -1},
+}
+
+
+def page_of(
+    scored: Sequence[Evaluation], reference: str = "reference", notes: Sequence[str] = ()
+) -> str:
+    """Return the page; `reference` is its file, `notes` are on it and on files that failed."""
+    names, drawn = [evaluation.name for evaluation in scored], figures(scored)
+    more = f" and {len(names) - 3} more" if names[3:] else ""
+    sections: list[dict[str, Any]] = [
+        {
+            "heading": "Scores",
+            "table": tables.rows_of(scored, longest=60),
+            "notes": tables.notes_of(scored, notes),
+            "terms": tables.terms(scored),
+        },
+        {
+            "heading": "Aligned trajectories",
+            "text": [
+                "Drag to rotate; click a name to hide it, double-click it to see nothing else.",
+                "Crosses: errors beyond the largest threshold, with a line from the reference. "
+                "Circles: lost frames.",
+            ],
+            "figure": drawn["trajectories"],
+        },
+        {
+            "heading": "Errors over time" if scored[0].settings.form.ordered else "Errors by image",
+            "text": [
+                "Shaded: lost. Dotted: the largest threshold. Bars: the stretches that cost the "
+                "score most."
+            ],
+            "figure": drawn["errors"],
+        },
+        {
+            "heading": "Where the scores are lost",
+            "table": tables.deficits_of(scored, longest=60),
+        },
+        {
+            "heading": "Scores over their largest threshold",
+            "text": ["Dotted: the largest threshold of the table."],
+            "figure": drawn["profiles"],
+        },
+    ]
+    title = f"{', '.join(names[:3])}{more} against {printable(Path(reference).name)}"
+    return render(title, tables.conditions(scored), sections)
+
+
+def figures(scored: Sequence[Evaluation]) -> dict[str, go.Figure]:
+    """Return the figures of the page."""
+    return {
+        "trajectories": _trajectories(scored),
+        "errors": _errors(scored),
+        "profiles": _profiles(scored),
+    }
+
+
+def render(title: str, lead: Sequence[str], sections: Sequence[Mapping[str, Any]]) -> str:
+    """Return a page with a title, lines below it, and sections.
+
+    A section has a heading and any of: text (lines), table (rows of texts, the header first), notes
+    (lines), terms (pairs), figure (of plotly). All texts are escaped.
+    """
+    template = files(__package__).joinpath("page.html").read_text("utf-8")
+    shown = []
+    for number, section in enumerate(sections):
+        figure = section.get("figure")
+        html = "" if figure is None else _figure_html(figure, f"figure-{number}")
+        shown.append({**section, "id": f"section-{number}", "figure": html})
+    if any(section["figure"] for section in shown):
+        from plotly.offline import get_plotlyjs
+
+        first = next(section for section in shown if section["figure"])
+        first["figure"] = (
+            Markup("<script>{}</script>").format(Markup(get_plotlyjs())) + first["figure"]
+        )
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return environment.from_string(template).render(
+        title=printable(title),
+        lead=list(map(printable, lead)),
+        sections=shown,
+        policy=POLICY,
+        version=__version__,
+    )
+
+
+def _figure_html(figure: go.Figure, name: str) -> Markup:
+    """Return the element of a figure, and the script that draws it."""
+    config = {"responsive": True, "displaylogo": False}
+    html = figure.to_html(config, include_plotlyjs=False, full_html=False, div_id=name)
+    return Markup(html)  # plotly escapes its data, `_shown` what plotly would render
+
+
+def _shown(text: str) -> str:
+    """Return a text that plotly shows as it is, which would render tags, entities and formulas."""
+    return escape(printable(text), quote=False).replace("$", "&#36;")
+
+
+def _style(index: int) -> dict[str, str]:
+    """Return the line of an estimate."""
+    return {"color": COLOURS[index % len(COLOURS)], "dash": DASHES[index % len(DASHES)]}
+
+
+def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
+    """Draw the aligned trajectories in 3D, coloured by the position error.
+
+    Positions count from the first one of the reference, since WebGL has 32 bits.
+    """
+    first, unit = scored[0], scored[0].settings.form.unit
+    reference = first.reference.poses[first.matches.expected_rows, :3, 3]
+    origin, path = reference[0], reference - reference[0]
+    ordered, limit = first.settings.form.ordered, curve(first, "TAS").limit
+    figure = go.Figure()
+
+    def add(points: Floats, name: str, group: str, **kwargs: Any) -> None:
+        x, y, z = points.T.astype(np.float32)
+        figure.add_scatter3d(x=x, y=y, z=z, name=_shown(name), legendgroup=group, **kwargs)
+
+    line = {"mode": "lines", "line": {"color": GREY, "width": 4}}
+    dots = {"mode": "markers", "marker": {"color": GREY, "size": 3}}
+    look = line if ordered else dots
+    drawn = with_breaks(first, path) if ordered else path
+    ramp = [*zip(np.linspace(0, 0.999, len(RAMP)).tolist(), RAMP, strict=True), (1.0, BEYOND)]
+    bar = {"title": {"text": f"position<br>error [{_shown(unit)}]"}, "thickness": 12, "len": 0.8}
+    scale: dict[str, Any] = {"colorscale": ramp, "cmin": 0, "cmax": limit, "colorbar": bar}
+    scale["size"] = 3
+    add(drawn, "reference", "reference", hoverinfo="skip", **look)
+    by_error = []  # traces that a button shows
+    for index, one in enumerate(scored):
+        errors = curve(one, "TAS").errors.astype(np.float32)
+        positions = one.over_expected(one.positions, np.nan) - origin
+        has_pose, group, where = finite_rows(positions), str(index), _places(one)
+        far = has_pose & (errors >= limit)
+        add(
+            positions,
+            one.name,
+            group,
+            mode="lines" if ordered else "markers",
+            line={"color": COLOURS[index % len(COLOURS)], "width": 5},
+            marker={"color": COLOURS[index % len(COLOURS)], "size": 4},
+            text=where,
+            customdata=errors,
+            hovertemplate=f"%{{text}}<br>position error %{{customdata:.3g}} {unit}",
+        )
+        hidden = {"showlegend": False, "hoverinfo": "skip", "opacity": 0.0 if scored[1:] else 1.0}
+        by_error += [len(figure.data), len(figure.data) + 1]
+        add(
+            positions[has_pose],
+            one.name,
+            group,
+            mode="markers",
+            marker={
+                **scale,
+                "color": np.minimum(errors[has_pose], limit),
+                "symbol": np.where(far[has_pose], "x", "circle").tolist(),
+                "showscale": index == 0,
+            },
+            **hidden,
+        )
+        ways = np.stack([path, positions, np.full_like(path, np.nan)], axis=1)[far]
+        style = {"color": BEYOND, "width": 1.5}
+        add(ways.reshape(-1, 3), one.name, group, mode="lines", line=style, **hidden)
+        if not has_pose.all():
+            add(
+                path[~has_pose],
+                f"{one.name}: lost",
+                group,
+                mode="markers",
+                marker={"symbol": "circle-open", "size": 3, "color": COLOURS[index % len(COLOURS)]},
+                text=[where[row] for row in np.flatnonzero(~has_pose)],
+                hovertemplate="%{text}",
+            )
+    # A box around the reference, so that an estimate far away does not shrink the rest.
+    low, high = path.min(axis=0), path.max(axis=0)
+    reach = np.maximum(0.55 * (high - low), 0.15 * float(np.max(high - low)) or 1.0)
+    ranges = np.stack([(low + high) / 2 - reach, (low + high) / 2 + reach], axis=1).tolist()
+    axes = {
+        f"{name}axis": {"range": ends, "title": {"text": f"{name} [{unit}]"}}
+        for name, ends in zip("xyz", ranges, strict=True)
+    }
+    thin = int(np.argmin(high - low))
+    up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
+    eye = dict(zip("xyz", np.roll([1.3, -0.9, -0.9], thin).tolist(), strict=True))
+    scene = {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye}}
+    buttons = [
+        {"label": label, "method": "restyle", "args": [{"opacity": opacity}, by_error]}
+        for label, opacity in (("colour: error", 1.0), ("colour: estimate", 0.0))
+    ]
+    menu = {
+        "buttons": buttons,
+        "type": "buttons",
+        "direction": "right",
+        "active": int(len(scored) > 1),
+    }
+    menu |= {"x": 0, "xanchor": "left", "y": 0, "yanchor": "bottom", "font": {"size": 12}}
+    figure.update_layout(**LAYOUT, height=560, scene=scene, updatemenus=[menu])
+    return figure.update_layout(margin={"l": 0, "r": 0, "b": 0})
+
+
+def _places(evaluation: Evaluation) -> list[str]:
+    """Return the time of each expected frame, its number, or the name of the image."""
+    if evaluation.matches.timed:
+        return [f"{time:.2f} s" for time in evaluation.times.tolist()]
+    keys = evaluation.reference.keys[evaluation.matches.expected_rows].tolist()
+    word = "" if isinstance(keys[0], str) else "frame "
+    return [_shown(f"{word}{key}") for key in keys]
+
+
+def _errors(scored: Sequence[Evaluation]) -> go.Figure:
+    """Draw the errors over time on logarithmic axes, lost time, and what costs the scores most."""
+    kinds = ["TAS", "RAS"] if any(one.has_rotations for one in scored) else ["TAS"]
+    n = len(scored)
+    figure = make_subplots(
+        rows=2 * len(kinds),
+        shared_xaxes=True,
+        row_heights=[0.08 + 0.015 * n, 0.5] * len(kinds),
+        vertical_spacing=0.02,
+    )
+    first, ordered = scored[0], scored[0].settings.form.ordered
+    dots = "lines" if ordered else "markers"
+    for k, score in enumerate(kinds):
+        curves = {
+            index: curve(one, score)
+            for index, one in enumerate(scored)
+            if score == "TAS" or one.has_rotations
+        }
+        low, high = _range(
+            [own.errors for own in curves.values()], next(iter(curves.values())).limit
+        )
+        above, below = {"row": 2 * k + 1, "col": 1}, {"row": 2 * k + 2, "col": 1}
+        for index, own in curves.items():
+            one = scored[index]
+            group = {"legendgroup": str(index), "name": _shown(one.name), "showlegend": False}
+            colour = COLOURS[index % len(COLOURS)]
+            x, y = _rectangles(own.lost, low, high)
+            area = {"fill": "toself", "fillcolor": colour, "opacity": 0.18, "mode": "none"}
+            if len(x):
+                figure.add_scatter(x=x, y=y, **area, **group, hoverinfo="skip", **below)
+            errors = np.where(np.isfinite(own.errors), np.maximum(own.errors, low), np.nan)
+            values = [frames(one), errors, own.errors]
+            x, y, true = with_breaks(one, np.column_stack(values)).T if ordered else values
+            unit = own.label.partition("[")[2].rstrip("]")
+            figure.add_scatter(
+                x=x,
+                y=y,
+                customdata=np.where(np.isfinite(true), true, np.nan).astype(np.float32),
+                text=None if ordered else _places(one),
+                mode=dots,
+                line={**_style(index), "width": 1.5},
+                hovertemplate=f"{'' if ordered else '%{text}: '}%{{customdata:.3g}} {unit}",
+                **{**group, "showlegend": k == 0},
+                **below,
+            )
+            figure.add_scatter(**_bars(own, index), **group, **above)
+        limit = next(iter(curves.values())).limit
+        figure.add_hline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **below)
+        label = next(iter(curves.values())).label
+        ends = np.log10([low, high]).tolist()
+        figure.update_yaxes(type="log", title_text=label, range=ends, tickformat="~g", **below)
+        figure.update_yaxes(visible=False, range=[n - 0.4, -0.6], **above)
+        note = {"text": f"what costs the {score} most", "showarrow": False, "font": {"size": 11}}
+        edge = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom"}
+        place = {"xref": "x domain", "yref": f"y{2 * k + 1 if k else ''} domain"}
+        figure.add_annotation(**note, **edge, **place)
+    last = 2 * len(kinds)
+    figure.update_xaxes(title_text=first.time_label.partition(" ")[0], row=last, col=1)
+    timed = first.matches.timed
+    figure.update_xaxes(hoverformat=".2f" if timed else "d", ticksuffix=" s" if timed else "")
+    height = 340 * len(kinds) + 12 * n * len(kinds)
+    return figure.update_layout(**LAYOUT, height=height, hovermode="x unified")
+
+
+def _range(errors: Sequence[Floats], limit: float) -> tuple[float, float]:
+    """Return an axis for all errors but the smallest hundredth, and three decades about a limit."""
+    everything = np.concatenate(errors)
+    shown = everything[np.isfinite(everything)]
+    low, high = np.quantile(shown, [0.01, 1]) if len(shown) else (limit, limit)
+    low, high = (float(np.clip(end, limit / 1e3, limit * 1e3)) for end in (low, high))
+    return min(low, limit) / 1.5, 1.5 * max(high, limit)
+
+
+def _rectangles(stretches: Floats, low: float, high: float) -> tuple[Floats, Floats]:
+    """Return the outlines of stretches, with a NaN after each."""
+    begin, end = stretches.T
+    gap = np.full(len(stretches), np.nan)
+    x = np.column_stack([begin, begin, end, end, begin, gap]).ravel()
+    heights = np.array([low, high, high, low, low, np.nan])
+    return x, np.tile(heights, len(stretches))
+
+
+def _bars(own: Curve, index: int) -> dict[str, Any]:
+    """Return a trace with the stretches that cost a score most, each with what it costs."""
+    x, texts = [], []
+    for begin, end, deficit in own.deficits:
+        text = f"{deficit.cause}: costs {deficit.cost:.3f} of the {deficit.score}, "
+        text += f"{deficit.share:.1%} of what is missing"
+        x += [begin, (begin + end) / 2, end, None]
+        texts += [text, text, text, None]
+    line = {"color": COLOURS[index % len(COLOURS)], "width": 8}
+    hover = {"text": texts, "hovertemplate": "%{text}"}
+    return {"x": x, "y": [index] * len(x), "mode": "lines", "line": line, **hover}
+
+
+def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
+    """Draw the scores over their largest thresholds."""
+    kinds = ["TAS", "RAS"] if any(one.has_rotations for one in scored) else ["TAS"]
+    figure = make_subplots(cols=len(kinds), horizontal_spacing=0.12)
+    for k, score in enumerate(kinds):
+        place = {"row": 1, "col": k + 1}
+        unit = scored[0].settings.form.unit if score == "TAS" else "deg"
+        limit = curve(scored[0], score).limit
+        largest = limit * np.geomspace(0.01, 10, N_PROFILE)
+        for index, one in enumerate(scored):
+            if score == "RAS" and not one.has_rotations:
+                continue
+            figure.add_scatter(
+                x=largest,
+                y=_scores(one, score, largest),
+                name=_shown(one.name),
+                legendgroup=str(index),
+                showlegend=k == 0,
+                mode="lines",
+                line={**_style(index), "width": 2},
+                hovertemplate="%{y:.3f}",
+                **place,
+            )
+        figure.add_vline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **place)
+        title = f"largest threshold [{unit}]"
+        figure.update_xaxes(type="log", title_text=title, dtick=1, hoverformat=".3g", **place)
+        figure.update_yaxes(range=[0, 1.02], title_text=score, **place)
+    return figure.update_layout(**LAYOUT, height=380, hovermode="x unified")
+
+
+def _scores(evaluation: Evaluation, score: str, largest: Floats) -> Floats:
+    """Return a score at largest thresholds, at each of which refined aligns anew."""
+    matches, settings = evaluation.matches, evaluation.settings
+    if score == "RAS" or settings.registration != "refined":
+        errors = np.sort(curve(evaluation, score).result.errors)
+        return ScoreProfile(largest, [errors], N_THRESHOLDS).scores
+    with collected_warnings():  # the TAS has said them
+        return tas_profile(
+            matches.gt_poses[:, :3, 3],
+            matches.est_poses[:, :3, 3],
+            largest,
+            rng=settings.seed,
+            alignment=settings.alignment,
+            up=settings.up,
+        ).scores

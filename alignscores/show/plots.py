@@ -1,0 +1,366 @@
+"""Figures of scored estimates: trajectories, scores, errors and poses over time.
+
+Needs Matplotlib, which the extra ``plots`` brings.
+"""
+
+import warnings
+from collections.abc import Callable, Sequence
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps, pyplot, rc_context
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from ..arrays import Floats
+from ..evaluation.evaluation import Evaluation
+from ..texts import distinct
+from ..validation import finite_rows
+from . import PLOT_MODES
+from .curves import Curve, curve, frames, with_breaks
+
+__all__ = ["figure_of", "score_panel"]
+
+SHADE = "#a8c4dc"
+EDGE = "#1f4e79"
+BEYOND = "#1289c9"  # errors beyond the largest threshold; not a colour of the ramp
+REFERENCE: dict[str, Any] = {"color": "0.65", "linestyle": "-"}
+OTHERS: dict[str, Any] = {
+    "color": "0.4",
+    "linestyle": "-",
+    "alpha": 0.3,
+}  # estimates that are not named
+NAMED = 8  # estimates that have a colour and a name
+LONGEST = 40  # characters of a name in a legend
+DASHES = "-", "--", "-.", ":"
+# Dark to light, so that the order survives greyscale and colour blindness, without the light end,
+# which cannot be seen on white.
+ERRORS = ListedColormap(colormaps["inferno"](np.linspace(0.0, 0.82, 256)), "errors").with_extremes(
+    over=BEYOND
+)
+STYLE: dict[Any, Any] = {
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.titlelocation": "left",
+    "axes.linewidth": 0.6,
+    "legend.fontsize": 9,
+}
+WIDTH = 10  # inches, of a whole figure
+
+
+def figure_of(
+    scored: Sequence[Evaluation],
+    kind: str | None = None,
+    *,
+    plot_mode: str | None = None,
+    interactive: bool = False,
+) -> Figure:
+    """Draw estimates of one reference, by one of `KINDS` or by all.
+
+    `plot_mode` is one of `PLOT_MODES`, by default the two longest axes. `interactive`: as a figure
+    of pyplot, which it shows.
+    """
+    if kind not in (None, *KINDS):
+        raise ValueError(f"kind must be one of {', '.join(KINDS)}, not {kind!r}")
+    if plot_mode not in (None, *PLOT_MODES):
+        raise ValueError(f"plot_mode must be one of {', '.join(PLOT_MODES)}, not {plot_mode!r}")
+    with rc_context(STYLE):
+        figure = pyplot.figure() if interactive else Figure()
+        figure.set_layout_engine("constrained")
+        if kind:
+            figure.set_size_inches(*SIZES[kind])
+            parts = {kind: figure.subfigures(1, 1, squeeze=False)[0, 0]}
+        else:
+            heights = SIZES["trajectory"][1], SIZES["errors"][1], SIZES["time"][1]
+            figure.set_size_inches(WIDTH, sum(heights))
+            rows = figure.subfigures(3, 1, height_ratios=heights, squeeze=False)
+            top, errors, time = rows[:, 0]
+            widths = SIZES["trajectory"][0], SIZES["scores"][0]
+            trajectory, scores = top.subfigures(1, 2, width_ratios=widths, squeeze=False)[0]
+            parts = dict(zip(KINDS, (trajectory, scores, errors, time), strict=True))
+        for name, part in parts.items():
+            KINDS[name](part, scored, plot_mode)
+        if len(scored) > 1:
+            _add_legend(next(iter(parts.values())), scored)
+    return figure
+
+
+def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str | None) -> None:
+    """Draw the aligned trajectories: a single one coloured by its error, several by estimate."""
+    first, unit = scored[0], scored[0].settings.form.unit
+    reference = first.reference.poses[first.matches.expected_rows, :3, 3]
+    longest = sorted(np.argsort(np.ptp(reference, axis=0), kind="stable")[1:])
+    view = ["xyz".index(axis) for axis in mode] if mode else longest
+    axes = part.subplots(subplot_kw={"projection": "3d"} if len(view) == 3 else {})
+    _draw_path(axes, first, reference[:, view], {**REFERENCE, "linewidth": 2})
+    # A cube around the reference, so that an estimate far away does not shrink the rest.
+    centre = (reference.min(axis=0) + reference.max(axis=0)) / 2
+    reach = 0.55 * float(np.ptp(reference, axis=0).max()) or 1.0
+    for name, axis in zip("xyz", view, strict=False):
+        limits = centre[axis] - reach, centre[axis] + reach
+        axes.set(**{f"{name}lim": limits, f"{name}label": f"{'xyz'[axis]} [{unit}]"})
+    axes.set_aspect("equal")
+    axes.set_title("aligned trajectories" if scored[1:] else "aligned trajectory")
+    if len(scored) == 1:
+        _draw_by_error(part, axes, first, reference, view)
+    else:
+        for line, evaluation in zip(_lines(scored), scored, strict=True):
+            _draw_path(axes, evaluation, evaluation.positions[:, view], line)
+
+
+def _draw_by_error(
+    part: SubFigure, axes: Axes, evaluation: Evaluation, reference: Floats, view: list[int]
+) -> None:
+    """Draw positions coloured by their error, outliers as crosses, and lost frames."""
+    own, unit = curve(evaluation, "TAS"), evaluation.settings.form.unit
+    positions = evaluation.over_expected(evaluation.positions, np.nan)
+    lost = ~finite_rows(positions)
+    far = ~lost & (own.errors >= own.limit)
+    near = ~lost & ~far
+    # From the reference to each outlier, which may be outside the box.
+    ways = np.stack([reference, positions, np.full_like(reference, np.nan)], axis=1)[far]
+    axes.plot(*ways.reshape(-1, 3)[:, view].T, color=BEYOND, linewidth=0.6, alpha=0.6)
+    dots: dict[str, Any] = {"c": own.errors[near], "s": 20, "linewidth": 0, "zorder": 3}
+    dots |= {"cmap": ERRORS, "vmin": 0, "vmax": own.limit}
+    crosses: dict[str, Any] = {"marker": "x", "s": 28, "c": BEYOND, "linewidth": 1.2, "zorder": 4}
+    holes: dict[str, Any] = {"marker": "o", "s": 16, "c": "none", "edgecolor": "0.2"}
+    holes |= {"linewidth": 0.6, "zorder": 4}
+    points = axes.scatter(*positions[near][:, view].T, **dots)
+    axes.scatter(*positions[far][:, view].T, **crosses)
+    axes.scatter(*reference[lost][:, view].T, **holes)
+    part.colorbar(points, ax=axes, label=f"position error [{unit}]", extend="max", aspect=30)
+    marker: dict[str, Any] = {"linestyle": "", "markersize": 5, "fillstyle": "none"}
+    shown = {
+        "reference": Line2D([], [], linewidth=2, **REFERENCE),
+        f"beyond {own.limit:.3g} {unit}": Line2D([], [], marker="x", color=BEYOND, **marker),
+        "lost": Line2D([], [], marker="o", color="0.2", **marker),
+    }
+    part.legend(shown.values(), shown.keys(), loc="outside lower left", ncols=3, frameon=False)
+
+
+def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
+    """Draw the share of frames below each threshold; the area is the score."""
+    panels = part.subplots(2, 1)
+    for axes, name in zip(panels, ("TAS", "RAS"), strict=True):
+        unit = scored[0].settings.form.unit if name == "TAS" else "deg"
+        axes.set_xlabel(f"threshold [{unit}]")
+        results = [curve(one, name).result for one in scored]
+        if len(results) == 1:
+            (only,) = results
+            n, frequency = len(only.errors), only.cumulative_frequency
+            score_panel(axes, only.thresholds, frequency, n, name=name, score=only.score)
+            axes.set_ylabel("frames below")
+            continue
+        for line, result in zip(_lines(scored), results, strict=True):
+            shares = result.cumulative_frequency / len(result.errors)
+            axes.plot(result.thresholds, shares, clip_on=False, linewidth=1.5, **line)
+        title = f"{name}: the area below a curve"
+        axes.set(title=title, xlim=(0, None), ylim=(0, 1), ylabel="share of frames below")
+
+
+def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
+    """Draw the errors over time on logarithmic axes, lost time, and what costs the scores most."""
+    panels = part.subplots(2, 1, sharex=True)
+    what = "errors over time" if scored[0].settings.form.ordered else "errors by image"
+    for axes, name in zip(panels, ("TAS", "RAS"), strict=True):
+        curves = [curve(one, name) for one in scored]
+        axes.set(yscale="log", ylabel=curves[0].label)
+        for row, (line, one, own) in enumerate(zip(_lines(scored), scored, curves, strict=True)):
+            shown = np.where(np.isfinite(own.errors) & (own.errors > 0), own.errors, np.nan)
+            _draw_line(axes, one, frames(one), shown, line)
+            for low, high in own.lost:
+                axes.axvspan(low, high, color=line["color"], alpha=0.15, linewidth=0)
+            if row < NAMED:
+                _mark_deficits(
+                    axes, own, frames(one), line["color"], 0 if len(scored) == 1 else row + 1
+                )
+        axes.axhline(curves[0].limit, color="0.3", linewidth=0.8, linestyle=":")
+        axes.margins(x=0)
+        n_rows = max(len(own.deficits) for own in curves) if len(scored) == 1 else len(scored)
+        pad = 8 + (11 if len(scored) == 1 else 4) * min(n_rows, NAMED)
+        title = f"{what}; bars: what costs the {name} most, as shares of 1 − {name}"
+        axes.set_title(title, pad=pad)
+    panels[1].set_xlabel(f"{scored[0].time_label} (shaded: lost; dotted: largest threshold)")
+
+
+def _mark_deficits(axes: Axes, own: Curve, x: Floats, colour: Any, row: int) -> None:
+    """Draw the stretches that cost a score most above the axes, each with its share and cause.
+
+    A single estimate, of row 0, has a row a stretch; of several each has its row, without words.
+    """
+    low, high = x.min(), x.max()
+    for k, (start, end, deficit) in enumerate(own.deficits):
+        points = 8 + 11 * k if row == 0 else 4 * row
+        up = ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)
+        place: dict[str, Any] = {"transform": axes.get_xaxis_transform() + up, "clip_on": False}
+        wide = 5 if row == 0 else 2.5
+        axes.plot([start, end], [1, 1], color=colour, linewidth=wide, **place)
+        if row:
+            continue
+        text = f"{deficit.share:.0%} {deficit.cause}"
+        style: dict[str, Any] = {"fontsize": 8, "va": "center_baseline"}
+        if end < low + 0.8 * (high - low):
+            axes.text(end, 1, f"  {text}", ha="left", **style, **place)
+        elif start > low + 0.2 * (high - low):
+            axes.text(start, 1, f"{text}  ", ha="right", **style, **place)
+        else:
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+            axes.text((start + end) / 2, 1, text, ha="center", bbox=box, **style, **place)
+
+
+def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
+    """Draw x, y, z and roll, pitch, yaw over time, each in the alignment of its score."""
+    panels = part.subplots(3, 2, sharex=True)
+    first, unit = scored[0], scored[0].settings.form.unit
+    poses = first.reference.poses[first.matches.expected_rows]
+    order = _order_of_axes(poses[:, :3, :3])
+    columns = np.argsort([*order])  # of x, y, z
+    angles = _continuous(_angles(poses[:, :3, :3], order))
+    truth = np.column_stack([poses[:, :3, 3], angles[:, columns]])
+    drawn = [(first, frames(first), truth, {**REFERENCE, "linewidth": 2.5})]
+    for line, one in zip(_lines(scored), scored, strict=True):
+        alignment, rotations = one.result.ras.alignment, one.matches.est_poses[:, :3, :3]
+        turned = rotations * np.nan if alignment is None else alignment.T @ rotations
+        own = _nearest(one.over_expected(_angles(turned, order), np.nan), angles)
+        values = np.column_stack([one.over_expected(one.positions, np.nan), own[:, columns]])
+        drawn.append((one, _pose_times(one), values, line))
+    names = f"x [{unit}]", f"y [{unit}]", f"z [{unit}]", "roll [deg]", "pitch [deg]", "yaw [deg]"
+    for k, (axes, name) in enumerate(zip(panels.T.flat, names, strict=True)):
+        axes.set_ylabel(name)
+        axes.margins(x=0)
+        for evaluation, times, values, line in drawn:
+            _draw_line(axes, evaluation, times, values[:, k], line)
+    part.align_ylabels()
+    panels[0, 0].set_title("positions; grey: reference")
+    panels[0, 1].set_title(f"angles (order {order}), continued beyond 180 degrees")
+    for axes in panels[2]:
+        axes.set_xlabel(first.time_label)
+
+
+def _order_of_axes(rotations: Floats) -> str:
+    """Return the order of rotations about x, y and z that stays farthest from gimbal lock."""
+    return min(
+        ("xyz", "yzx", "zxy"), key=lambda order: np.abs(_angles(rotations, order)[:, 1]).max()
+    )
+
+
+def _angles(rotations: Floats, order: str) -> Floats:
+    """Return angles in degrees, (n, 3), about the axes in this order; NaN where not finite."""
+    angles = np.full((len(rotations), 3), np.nan)
+    finite = finite_rows(rotations)
+    if finite.any():
+        with warnings.catch_warnings():  # one of many solutions where the second is 90 degrees
+            warnings.filterwarnings("ignore", "Gimbal lock")
+            angles[finite] = Rotation.from_matrix(rotations[finite]).as_euler(order, degrees=True)
+    return angles
+
+
+def _continuous(angles: Floats) -> Floats:
+    """Return the same rotations without jumps: each row is the solution nearest to the last one."""
+    angles = angles.copy()
+    for row in range(1, len(angles)):
+        angles[row : row + 1] = _nearest(angles[row : row + 1], angles[row - 1 : row])
+    return angles
+
+
+def _nearest(angles: Floats, towards: Floats) -> Floats:
+    """Return the angles of the same rotations, (n, 3), that are nearest to other ones.
+
+    Each has two solutions, (a, b, c) and (a + 180, 180 - b, c + 180), and turns of 360 degrees.
+    """
+    both = np.stack([angles, angles * [1, -1, 1] + 180])
+    both += 360 * np.round((towards - both) / 360)
+    second = np.sum((both[1] - towards) ** 2, axis=1) < np.sum((both[0] - towards) ** 2, axis=1)
+    nearest: Floats = np.where(second[:, None], both[1], both[0])
+    return nearest
+
+
+def score_panel(
+    axes: Axes, thresholds: ArrayLike, frequency: ArrayLike, n: int, *, name: str, score: float
+) -> None:
+    """Draw a cumulative frequency histogram of n cameras; the shaded share of the box is the score.
+
+    The thresholds are equally spaced, the k-th one k times the first.
+    """
+    edges = np.concatenate([[0.0], np.asarray(thresholds, dtype=float)])
+    axes.stairs(frequency, edges, fill=True, color=SHADE, linewidth=0)
+    axes.stairs(frequency, edges, baseline=None, color=EDGE, linewidth=0.9, clip_on=False)
+    axes.set(xlim=(0, edges[-1]), ylim=(0, n))
+    ticks = np.asarray(MaxNLocator(5, integer=True).tick_values(0, n))
+    axes.set_yticks([*ticks[ticks < 0.93 * n], n])
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.spines[:].set_visible(True)
+    axes.grid(visible=False)
+
+    # The curve rises: a high one leaves room at the lower right, a low one at the upper left.
+    x, y, align = (0.96, 0.22, "right") if score >= 0.5 else (0.04, 0.82, "left")
+    value = axes.text(x, y, f"{name} = {score:.3f}", fontsize="large", fontweight="bold")
+    meaning = axes.text(x, y - 0.14, "shaded share of the box")
+    for text in (value, meaning):
+        text.set(transform=axes.transAxes, horizontalalignment=align)
+
+
+def _lines(scored: Sequence[Evaluation]) -> list[dict[str, Any]]:
+    """Return the styles of estimates: colours and dashes for the first, grey for the others."""
+    colours = ERRORS(np.linspace(0.15, 0.85, min(len(scored), NAMED)))
+    named = [{"color": one, "linestyle": dash} for one, dash in zip(colours, cycle(DASHES))]
+    return [*named, *[OTHERS] * (len(scored) - NAMED)]
+
+
+def _pose_times(evaluation: Evaluation) -> NDArray[Any]:
+    """Return the times of the poses that the expected frames take, NaN where they are lost."""
+    keys, rows = evaluation.estimate.keys, evaluation.matches.est_rows
+    if not evaluation.matches.timed:
+        return frames(evaluation)
+    times = np.where(rows < 0, np.nan, keys[rows] - evaluation.reference.keys[0])
+    return evaluation.over_expected(times, np.nan)
+
+
+def _draw_line(
+    axes: Axes, evaluation: Evaluation, x: NDArray[Any], values: Floats, line: dict[str, Any]
+) -> None:
+    """Draw values over time, with a break at gaps of the reference."""
+    points = np.column_stack([x, values])
+    _draw_path(axes, evaluation, with_breaks(evaluation, points), line)
+
+
+def _draw_path(axes: Axes, evaluation: Evaluation, points: Floats, line: dict[str, Any]) -> None:
+    """Draw points as a line, or as dots where they have no order, as images."""
+    if not evaluation.settings.form.ordered:
+        line = {**line, "linestyle": "", "marker": "o", "markersize": 4}
+    axes.plot(*points.T, **{"linewidth": 1.2, **line})
+
+
+def _add_legend(part: SubFigure, scored: Sequence[Evaluation]) -> None:
+    """Name the first estimates; the style of each is the same everywhere."""
+    handles = [Line2D([], [], linewidth=2.5, **REFERENCE)]
+    handles += [Line2D([], [], linewidth=1.5, **line) for line in _lines(scored)[:NAMED]]
+    numbers = map(str, range(len(handles)))
+    legend = part.legend(handles, numbers, loc="outside lower left", handlelength=3, frameon=False)
+    names = distinct([one.name for one in scored], LONGEST)
+    for text, name in zip(legend.get_texts(), ["reference", *names], strict=False):
+        # Set later, since a label that begins with _ would be hidden.
+        text.set(text=name, parse_math=False)
+    if len(scored) > NAMED:
+        legend.set_title(f"grey: {len(scored) - NAMED} others")
+
+
+KINDS: dict[str, Callable[..., None]] = {
+    "trajectory": _draw_trajectories,
+    "scores": _draw_scores,
+    "errors": _draw_errors,
+    "time": _draw_time,
+}
+SIZES = {  # width and height in inches
+    "trajectory": (6.2, 5.2),
+    "scores": (3.8, 5.2),
+    "errors": (WIDTH, 5.0),
+    "time": (WIDTH, 5.0),
+}

@@ -1,0 +1,242 @@
+"""Tables of evaluations and what stands below them: for a terminal, Markdown, LaTeX and CSV.
+
+The table of a terminal needs no pandas, which the extra ``tables`` brings.
+"""
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from ..evaluation.evaluation import Evaluation
+from ..evaluation.notes import scale_note
+from ..extras import require
+from ..metrics import SCORES, header, metric
+from ..texts import distinct, padded, printable, text_width
+
+__all__ = [
+    "as_csv",
+    "conditions",
+    "csv",
+    "deficits_of",
+    "frame",
+    "latex",
+    "markdown",
+    "notes_of",
+    "rows_of",
+]
+__all__ += ["terms", "text", "text_of_deficits"]
+
+MIN_COLUMNS = 5
+LONGEST = 28  # characters of a name
+Rows = list[list[str]]  # the first is the header
+
+
+def rows_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
+    """Return the table of the estimates; of their metrics where the settings have any."""
+    names, settings = _names(scored, longest), scored[0].settings
+    if not settings.metrics:
+        rows = [[name, *one.row.values()] for name, one in zip(names, scored, strict=True)]
+        return [["estimate", *scored[0].row], *rows]
+    headers = [header(name, settings.form.unit) for name in settings.metrics]
+    rows = [
+        [name, *(_number(key, one.value(key)) for key in settings.metrics)]
+        for name, one in zip(names, scored, strict=True)
+    ]
+    return [["estimate", *headers], *rows]
+
+
+def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
+    return distinct([printable(one.name) for one in scored], longest)
+
+
+def _number(name: str, value: float | None) -> str:
+    """Return our scores as in the other table, and metrics of other projects with a digit more."""
+    unit = metric(name).unit
+    ours, others = {"": ".3f"}, {"": ".4f", "%": ".2f"}
+    form = ours.get(unit, ".3g") if metric(name).name in SCORES else others.get(unit, ".4g")
+    return "-" if value is None or not math.isfinite(value) else format(value, form)
+
+
+def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
+    """Return the table of where the scores are lost."""
+    first = scored[0]
+    unit = " [s]" if first.matches.timed else ""
+    names = _names(scored, longest)
+    header = ["estimate", "score", f"from{unit}", f"to{unit}"]
+    header += [first.time_label.partition(" ")[0].replace("time", "frame") + "s"]
+    rows = [[*header, "cause", "cost", "share of 1 - score"]]
+    for name, one in zip(names, scored, strict=True):
+        for own in one.deficits:
+            ends = (own.start, own.end) if own.start is not None else ("rest", "")
+            texts = [f"{e:.1f}" if isinstance(e, float) else printable(str(e)) for e in ends]
+            costs = [f"{own.cost:.3f}", f"{own.share:.1%}"]
+            rows.append([name, own.score, *texts, str(own.frames), own.cause, *costs])
+    return rows
+
+
+def text(scored: Sequence[Evaluation], columns: int) -> str:
+    """Return the table of the estimates, no wider than the terminal.
+
+    Columns are left out before the last one, and said below the table; those of metrics follow in
+    blocks.
+    """
+    rows = rows_of(scored)
+    if scored[0].settings.metrics:
+        return "\n\n".join(_blocks(rows, columns))
+    left_out: list[str] = []
+    while len(rows[0]) > MIN_COLUMNS and text_width(_aligned(rows)[0]) > columns:
+        left_out.insert(0, rows[0][-2])
+        rows = [[*row[:-2], row[-1]] for row in rows]
+    below = [f"too narrow for: {', '.join(left_out)}"] if left_out else []
+    return "\n".join([*_aligned(rows), *below])
+
+
+def text_of_deficits(scored: Sequence[Evaluation]) -> str:
+    """Return the table of where the scores are lost, for a terminal."""
+    return "\n".join(_aligned(deficits_of(scored)))
+
+
+def _blocks(rows: Rows, columns: int) -> Iterable[str]:
+    """Yield the table in parts that are no wider than so many columns, each with the names."""
+    start = 1
+    while start < len(rows[0]):
+        end = len(rows[0])
+        while end > start + 1 and text_width(_aligned(_part(rows, start, end))[0]) > columns:
+            end -= 1
+        yield "\n".join(_aligned(_part(rows, start, end)))
+        start = end
+
+
+def _part(rows: Rows, start: int, end: int) -> Rows:
+    return [[row[0], *row[start:end]] for row in rows]
+
+
+def _aligned(rows: Rows) -> list[str]:
+    """Return the lines of a table; names begin below each other, numbers end there."""
+    first, *others = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
+    widths = [first, *(-width for width in others)]
+    return ["  ".join(map(padded, row, widths)).rstrip() for row in rows]
+
+
+def frame(rows: Rows) -> Any:
+    """Return a table as a DataFrame of texts."""
+    return require("pandas", "tables").DataFrame(rows[1:], columns=rows[0])
+
+
+def markdown(scored: Sequence[Evaluation], more_notes: Sequence[str] = ()) -> str:
+    """Return the table in Markdown, with the conditions and all notes."""
+    require("tabulate", "tables")
+    rows = [list(map(_escaped, row)) for row in rows_of(scored, longest=200)]
+    table = frame(rows).to_markdown(
+        index=False, disable_numparse=True, colalign=["left", *["right"] * (len(rows[0]) - 1)]
+    )
+    notes = [f"- {_escaped(note)}" for note in notes_of(scored, more_notes)]
+    below = map(_escaped, conditions(scored))
+    return "\n\n".join([table, *below, *(["\n".join(notes)] if notes else [])]) + "\n"
+
+
+def _escaped(text: str) -> str:
+    """Return a text that Markdown shows as it is."""
+    return re.sub(r"([\\`*_{}\[\]<>()#|~$&!])", r"\\\1", printable(text))
+
+
+def latex(scored: Sequence[Evaluation]) -> str:
+    """Return the table in LaTeX, for the package booktabs, under the conditions as comments."""
+    require("jinja2", "tables")
+    rows = rows_of(scored, longest=200)
+    comments = "".join(f"% {printable(line)}\n" for line in conditions(scored))
+    alignment = "l" + "r" * (len(rows[0]) - 1)
+    table: str = frame(rows).to_latex(index=False, escape=True, column_format=alignment)
+    return comments + table
+
+
+def csv(scored: Sequence[Evaluation]) -> str:
+    """Return the numbers of `Evaluation.to_frame`, a line an estimate.
+
+    What a spreadsheet would take for a formula gets an apostrophe.
+    """
+    table = require("pandas", "tables").concat([one.to_frame() for one in scored])
+    return as_csv(table)
+
+
+def as_csv(table: Any) -> str:
+    """Return a DataFrame as CSV whose texts are neither formulas nor control characters."""
+
+    def inert(value: Any) -> Any:
+        if not isinstance(value, str):
+            return value
+        plain = printable(value)
+        return f"'{plain}" if plain.startswith(("=", "+", "-", "@")) else plain
+
+    result: str = table.map(inert).to_csv(index=False, lineterminator="\n")
+    return result
+
+
+def conditions(scored: Sequence[Evaluation]) -> list[str]:
+    """Return a line on how the estimates were scored, and one on their scales if they are off."""
+    settings = scored[0].settings
+    lines = [_conditions(scored[0])]
+    scales = {one.name: one.scale for one in scored}
+    if not settings.metrics and (scale := scale_note(scales, settings)):
+        lines.append(scale)
+    return lines
+
+
+def _conditions(first: Evaluation) -> str:
+    """Return the alignment, the frames, and d in one line; other metrics have the frames alone."""
+    settings = first.settings
+    frames = f"{len(first.matches.expected_rows)} {'frames' if settings.form.ordered else 'images'}"
+    if settings.frames is not None:
+        frames += " that were given"
+    elif first.matches.timed:
+        frames += " of the reference" if settings.rate == "all" else f" at {settings.rate:g} Hz"
+    if first.matches.timed:
+        gaps = f"gaps up to {settings.max_gap:g} s and standstill covered"
+        frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
+    if settings.missing == "ignore":
+        frames += ", lost ones left out"
+    ours = [metric(name).name in SCORES for name in settings.metrics]
+    if ours and not any(ours):
+        return frames
+    times_d = "d" if settings.max_threshold == 1 else f"{settings.max_threshold:g} d"
+    largest = settings.max_threshold * first.result.tas.unit
+    unit = f"TAS up to {times_d} = {largest:.3g} {settings.form.unit}"
+    half = [] if settings.metrics else ["half: threshold at score 0.5"]
+    return "; ".join([settings.how_aligned, frames, unit, *half])
+
+
+def notes_of(scored: Sequence[Evaluation], more: Sequence[str] = ()) -> list[str]:
+    """Return all notes, those on the reference and on files that failed first."""
+    return [*more, *(note.named(one.name) for one in scored for note in one.notes)]
+
+
+def terms(scored: Sequence[Evaluation]) -> list[tuple[str, str]]:
+    """Return what the columns and the conditions mean."""
+    settings = scored[0].settings
+    limits = f"{settings.max_threshold:g} d, and to {settings.max_threshold_deg:g} degrees"
+    return [
+        (
+            "TAS, RAS, PAS",
+            "scores of positions, of rotations, and their mean, from 0 to 1; lost frames score 0",
+        ),
+        (
+            "half",
+            "largest threshold at which the TAS, or the RAS, would be one half: about twice the "
+            "median error, and possibly above d; - if the score never reaches it",
+        ),
+        ("median", "error of the frames with a pose, under the same alignment as the scores"),
+        ("ATE", "RMSE of the positions after the least-squares alignment, as evo's"),
+        ("coverage", "share of the expected frames, or images, with a pose; the others are lost"),
+        (
+            "d",
+            "upper quartile of the distances from each expected frame to the closest other one; "
+            f"thresholds go up to {limits}",
+        ),
+        ("refined", "the alignment with the best TAS; pcr99: the paper's, the best of random ones"),
+        (
+            "cost",
+            "what frames cost a score; all costs add up to 1 - score. Listed are the stretches "
+            "that cost most in excess of as many average frames, and the rest",
+        ),
+    ]

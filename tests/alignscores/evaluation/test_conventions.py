@@ -1,0 +1,236 @@
+"""Mistakes of convention are found, and inaccuracy is not mistaken for one."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import Trajectory, evaluate, ras
+from alignscores.io import inverse_poses
+
+OPENGL = np.diag([1.0, -1.0, -1.0])
+BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+IMU = Rotation.from_rotvec([30, -50, 80], degrees=True).as_matrix()
+FRAMES = {"OpenGL": OPENGL, "body": BODY, "camera": BODY.T, "IMU": IMU}
+
+
+def make_poses(rotations, positions):
+    poses = np.tile(np.eye(4), (len(positions), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = rotations, positions
+    return poses
+
+
+def reference(kind, n, rng):
+    """Poses that look anywhere, about one axis as of a vehicle, wander slowly, or never turn."""
+    steps = rng.normal(size=(n, 3))
+    if kind == "anywhere":
+        return make_poses(Rotation.random(n, rng=rng).as_matrix(), steps)
+    if kind == "vehicle":
+        heading = np.cumsum(rng.normal(0, 0.3, n))
+        path = np.cumsum(np.column_stack([np.cos(heading), np.sin(heading), np.zeros(n)]), axis=0)
+        return make_poses(Rotation.from_euler("z", heading[:, None]).as_matrix(), path)
+    if kind == "wandering":
+        turns = Rotation.from_rotvec(np.cumsum(0.15 * rng.normal(size=(n, 3)), axis=0))
+        return make_poses(turns.as_matrix(), np.cumsum(steps, axis=0))
+    return make_poses(np.eye(3), np.cumsum(np.abs(steps), axis=0))
+
+
+def estimate(gt, rng, *, sigma_t=0.02, sigma_deg=1.0, lost=0.0, drift_deg=0.0):
+    """The reference in another world with noise, lost cameras and a slow turn of the world."""
+    n = len(gt)
+    world = Rotation.random(rng=rng)
+    noise = Rotation.from_rotvec(rng.normal(0, sigma_deg, (n, 3)), degrees=True)
+    drift = Rotation.from_rotvec(
+        np.linspace(0, drift_deg, n)[:, None] * [0.0, 0.0, 1.0], degrees=True
+    )
+    rotations = (drift * world * noise * Rotation.from_matrix(gt[:, :3, :3])).as_matrix()
+    positions = (drift * world).apply(gt[:, :3, 3] + rng.normal(0, sigma_t, (n, 3)))
+    est = make_poses(rotations, 2.0 * positions + [5.0, 0.0, 1.0])
+    bad = rng.permutation(n)[: round(lost * n)]
+    est[bad, :3, :3] = Rotation.random(len(bad), rng=rng).as_matrix() if len(bad) else 0
+    est[bad, :3, 3] = rng.uniform(-20, 20, (len(bad), 3))
+    return est
+
+
+def in_frame(est, body):
+    turned = est.copy()
+    turned[:, :3, :3] = est[:, :3, :3] @ body
+    return turned
+
+
+def rotation(axis, degrees):
+    return Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
+
+
+def found(gt, est):
+    """Return the notes on mistakes of convention, by kind."""
+    stamps = np.arange(len(gt)) / 10
+    notes = evaluate(Trajectory(stamps, gt), Trajectory(stamps, est)).notes
+    kinds = "inverted", "inverted rotations", "quaternions", "mirrored", "frame"
+    return {note.kind: note.text for note in notes if note.kind in kinds}
+
+
+def found_frame(gt, est):
+    """Return the rotation of the camera frame that ``body_rotation="auto"`` removes."""
+    return evaluate(gt, est, body_rotation="auto").body_rotation
+
+
+@pytest.fixture(params=["anywhere", "vehicle", "wandering"])
+def kind(request):
+    return request.param
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_rotated_camera_frame_is_found_and_corrected(kind, frame):
+    rng = np.random.default_rng([len(kind), len(frame)])
+    gt = reference(kind, 120, rng)
+    est = estimate(gt, rng, lost=0.4)
+    mixed_up = in_frame(est, FRAMES[frame])
+    assert found(gt, mixed_up).keys() == {"frame"}
+    turn = found_frame(gt, mixed_up)
+    mended = in_frame(mixed_up, turn.T)
+    honest = ras(gt[:, :3, :3], est[:, :3, :3]).score
+    assert ras(gt[:, :3, :3], mended[:, :3, :3]).score > honest - 0.03
+    assert ras(gt[:, :3, :3], mixed_up[:, :3, :3]).score < honest / 3
+    angle, true_angle, off = (
+        np.degrees(Rotation.from_matrix(one).magnitude())
+        for one in (turn, FRAMES[frame], turn.T @ FRAMES[frame])
+    )
+    if kind == "vehicle":  # other frames explain turns about one axis as well
+        assert angle < true_angle + 2.0
+    else:
+        assert off < (2.0 if frame == "IMU" else 1e-9)
+
+
+@pytest.mark.parametrize("frame", [None, "OpenGL", "IMU"])
+def test_world_to_camera_poses_are_found(kind, frame):
+    rng = np.random.default_rng([len(kind), 7])
+    gt = reference(kind, 120, rng)
+    est = estimate(gt, rng, lost=0.4)
+    if frame is not None:
+        est = in_frame(est, FRAMES[frame])
+    ((kind, text),) = found(gt, inverse_poses(est)).items()
+    assert kind == "inverted"
+    assert ("the camera frame of the estimate is rotated" in text) == (frame is not None)
+    now, corrected = map(float, re.search(r"\(PAS (.*) as it is, (.*) corrected\)", text).groups())
+    assert corrected > 3 * now or corrected > now + 0.3
+
+
+@pytest.mark.parametrize("kind", ["anywhere", "wandering"])
+@pytest.mark.parametrize("order", [[3, 0, 1, 2], [1, 2, 3, 0]], ids=["w first", "w last"])
+def test_quaternions_with_w_at_the_wrong_end(kind, order):
+    rng = np.random.default_rng(8)
+    gt = reference(kind, 120, rng)
+    est = estimate(gt, rng)
+    quaternions = Rotation.from_matrix(est[:, :3, :3]).as_quat()
+    est[:, :3, :3] = Rotation.from_quat(quaternions[:, order]).as_matrix()
+    assert found(gt, est).keys() == {"quaternions"}
+
+
+@pytest.mark.parametrize("kind", ["anywhere", "wandering"])
+def test_inverted_rotations_with_true_positions_are_found(kind):
+    rng = np.random.default_rng(8)
+    gt = reference(kind, 120, rng)
+    est = estimate(gt, rng, lost=0.4)
+    est[:, :3, :3] = est[:, :3, :3].transpose(0, 2, 1)
+    ((kind, text),) = found(gt, est).items()
+    assert kind == "inverted rotations"
+    assert "the camera frame" not in text
+
+
+@pytest.mark.parametrize("kind", ["anywhere", "wandering"])
+@pytest.mark.parametrize("mirror", [[1, 1, -1], [-1, -1, -1]])
+def test_mirrored_positions_are_found(kind, mirror):
+    rng = np.random.default_rng(4)
+    gt = reference(kind, 120, rng)
+    est = estimate(gt, rng, lost=0.4)
+    positions_only = est.copy()
+    positions_only[:, :3, 3] *= mirror
+    assert found(gt, positions_only).keys() == {"mirrored"}
+    both = positions_only.copy()
+    both[:, :3, :3] = np.diag(mirror) @ est[:, :3, :3] @ np.diag(mirror)
+    assert found(gt, both).keys() == {"mirrored"}
+    # The rotations of a mirrored world are the true ones in another camera frame.
+    if mirror != [-1, -1, -1]:  # there they are the true ones
+        half_turn = -np.diag(mirror)
+        np.testing.assert_allclose(found_frame(gt, both), half_turn, atol=0.02)
+
+
+INACCURACIES = {
+    "exact": {"sigma_t": 0.0, "sigma_deg": 0.0},
+    "noise": {"sigma_t": 0.1, "sigma_deg": 4.0},
+    "much noise": {"sigma_t": 1.0, "sigma_deg": 20.0},
+    "half of it lost": {"lost": 0.5},
+    "most of it lost": {"lost": 0.8},
+    "all of it lost": {"lost": 1.0},
+    "drift": {"drift_deg": 60.0},
+}
+
+
+@pytest.mark.parametrize("n", [4, 12, 100])
+@pytest.mark.parametrize("kind", ["anywhere", "vehicle", "wandering", "never turning"])
+@pytest.mark.parametrize("what", INACCURACIES)
+def test_inaccuracy_is_no_convention(kind, what, n):
+    rng = np.random.default_rng(n)
+    gt = reference(kind, n, rng)
+    assert found(gt, estimate(gt, rng, **INACCURACIES[what])) == {}
+
+
+@pytest.mark.parametrize("angle", [2.0, 9.0])
+def test_a_small_misalignment_is_no_convention(kind, angle):
+    rng = np.random.default_rng(5)
+    gt = reference(kind, 120, rng)
+    axis = rng.normal(size=3)
+    turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis), degrees=True).as_matrix()
+    assert found(gt, in_frame(estimate(gt, rng), turn)) == {}
+
+
+def test_identity_quaternions_are_no_convention():
+    """As of a system that knows positions alone."""
+    rng = np.random.default_rng(6)
+    gt = reference("wandering", 120, rng)
+    est = estimate(gt, rng)
+    est[:, :3, :3] = np.eye(3)
+    assert found(gt, est) == {}
+
+
+def test_cameras_that_were_not_estimated_are_left_out():
+    rng = np.random.default_rng(7)
+    gt = reference("anywhere", 60, rng)
+    est = in_frame(estimate(gt, rng), OPENGL)
+    est[::2] = np.nan
+    np.testing.assert_array_equal(found_frame(gt, est), OPENGL)
+    est[4:] = np.nan
+    assert found_frame(gt, est) is None
+
+
+def test_what_is_no_rotation_is_left_to_the_scores():
+    """Between two frames no score has it, and no hint looks at it more closely."""
+    rng = np.random.default_rng(9)
+    gt = reference("wandering", 600, rng)
+    est = estimate(gt, rng, sigma_deg=20.0)
+    est[1:200:2, :3, :3] = 0
+    stamps = np.arange(600) / 20
+    assert evaluate(Trajectory(stamps, gt), Trajectory(stamps, est)).ras < 0.1
+
+
+BODY_WORDS = "a frame with x forward, y left, z up"
+CAMERA_WORDS = "a camera with x right, y down, z forward"
+
+
+@pytest.mark.parametrize(
+    ("rotation", "words"),
+    [
+        (OPENGL, "180 deg about x, as OpenGL's camera axes to OpenCV's"),
+        (BODY, f"as {BODY_WORDS} to {CAMERA_WORDS}"),
+        (BODY.T, f"as {CAMERA_WORDS} to {BODY_WORDS}"),
+        (rotation("x", 180 - 1e-7), "180 deg about x, as OpenGL's camera axes to OpenCV's"),
+        (rotation("y", 25), "25.0 deg about (0.00, 1.00, 0.00)"),
+    ],
+)
+def test_a_frame_in_words(rotation, words):
+    gt = reference("anywhere", 60, np.random.default_rng(8))
+    text = found(gt, in_frame(gt, rotation))["frame"]
+    frames = "the camera frame of the estimate is rotated against that of the reference, "
+    assert text.startswith(f"{frames}{words} (PAS")
