@@ -5,10 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from bs4 import BeautifulSoup
 
 from experiments.config import ConfigError, load_sweep
 from experiments.grid import evaluations
-from studies.claims import decide, needed_cells, plan, populations, replicates, statements, verdict
+from studies.claims import (
+    decide,
+    draw,
+    needed_cells,
+    plan,
+    populations,
+    replicates,
+    statements,
+    verdict,
+)
 from studies.statements import Criterion, load_claims
 
 CLAIMS = load_claims()
@@ -215,3 +225,30 @@ def test_other_bounds_change_verdicts():
     assert found["claims"].tolist() == [1, 1]  # not the one without a bound
     assert found["changed"].tolist() == [1, 0]
     assert found["changes"].tolist() == ["moves: not reproduced", ""]
+
+
+def test_the_page_begins_with_what_is_not_reproduced_and_has_every_claim():
+    names = ("outliers-range-maa", "outliers-tas-discerns-outliers", "line-range-pas-outliers")
+    few = {name: CLAIMS.claims[name] for name in names}
+    table = pd.DataFrame(
+        [
+            {key: getattr(claim, key) for key in ("id", "source", "sentence", "statement", "unit")}
+            | {"paper": claim.paper, "criterion": claim.criterion, "statistic": claim.describe()}
+            | {"implied_by": None, "replicates": 20, "ours": -48.4, "low": -53.0, "high": -44.0}
+            | {"mean_low": -50.0, "mean_high": -46.0, "population": "true", "verdict": "reproduced"}
+            for claim in few.values()
+        ]
+    )
+    table.loc[2, ["verdict", "population"]] = ["not reproduced", "false"]
+    page = BeautifulSoup(draw(table), "html.parser")
+    (failure,) = [item.get_text(" ", strip=True) for item in page.find_all("li")]
+    assert failure.startswith("✗ not reproduced The range of the PAS is 59 % smaller")
+    assert failure.endswith("Paper: −59 %; ours: −48.4 [−53.0, −44.0]")
+    assert [row["id"] for row in page.find_all("tr", id=True)] == [
+        "outliers-tas-discerns-outliers",  # the introduction comes before figure 2
+        "outliers-range-maa",
+        "line-range-pas-outliers",
+    ]
+    sections = [heading.get_text() for heading in page.find_all("h3")]
+    assert sections[0] == "1 Introduction"
+    assert "<html" not in draw(table, whole=False)
