@@ -11,7 +11,7 @@ from reprlib import Repr
 from typing import Any
 
 __all__ = ["WIDTH", "alike", "brief", "csv_text", "distinct", "first_few", "numbered", "padded"]
-__all__ += ["printable", "shortened", "text_width", "unique_names"]
+__all__ += ["printable", "shortened", "text_table", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
 FEW = 5  # entries of a list that a message shows
@@ -117,6 +117,26 @@ def padded(text: str, width: int) -> str:
     """Fill a text with blanks at its end; of a negative width, at its start."""
     blanks = " " * (abs(width) - text_width(text))
     return text + blanks if width > 0 else blanks + text
+
+
+def text_table(rows: Sequence[Sequence[str]], columns: int) -> str:
+    """Return rows for a terminal, in parts, each with the first column, if they are too wide."""
+    blocks, start = [], 1
+    while start < len(rows[0]):
+        end = len(rows[0])
+        while end > start + 1 and text_width(_block(rows, start, end)[0]) > columns:
+            end -= 1
+        blocks.append("\n".join(line.rstrip() for line in _block(rows, start, end)))
+        start = end
+    return "\n\n".join(blocks)
+
+
+def _block(rows: Sequence[Sequence[str]], start: int, end: int) -> list[str]:
+    """Return some columns with the first, their cells below each other."""
+    chosen = [[row[0], *row[start:end]] for row in rows]
+    first, *others = [max(map(text_width, column)) for column in zip(*chosen, strict=True)]
+    widths = [first, *(-width for width in others)]  # numbers end below each other
+    return ["  ".join(map(padded, row, widths)) for row in chosen]
 
 
 def unique_names(files: Sequence[str]) -> list[str]:

@@ -30,7 +30,7 @@ exclude_patterns = ["_build"]
 templates_path = ["_templates"]
 nitpicky = True  # a name that leads nowhere is an error
 nitpick_ignore_regex = [  # what docstrings name and no page shows
-    ("py:obj", r"(alignscores\.(registration|trajectories)|studies)\..*|PROTOCOLS"),
+    ("py:obj", r"(alignscores\.(registration|io)|studies)\..*|PROTOCOLS"),
     ("py:.*", r"(numpy|scipy|builtins)\..*|array_like|callable"),
 ]
 default_role = "autolink"  # `name` in a docstring

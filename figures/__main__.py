@@ -94,6 +94,9 @@ def _draw(draw: Callable[..., Figure], paths: Sequence[Path], output: Sequence[P
     if len(signature(draw).parameters) != len(paths) and draw is not draw_trials:
         n = len(paths)
         raise CommandError(f"{draw.__name__} is not drawn from {n} table{'s' if n != 1 else ''}")
+    if draw in [function for function, _ in FIGURES.values()]:
+        for path in paths:
+            read_record(path)  # the paper's figures refuse a table that was changed
     tables = [read(path) for path in paths]
     title = (getdoc(draw) or draw.__name__).partition("\n")[0]
     with style.applied():

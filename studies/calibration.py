@@ -1,28 +1,26 @@
 """How often `compare` finds a difference, where there is one and where there is none.
 
-``python -m studies.calibration`` prints the numbers of docs/explanation/certainty.md. Runs are
-drawn whose truth is known, and pairs of systems are tested as `alignscores.compare` does.
+``python -m studies.calibration`` prints the tables of docs/explanation/certainty.md: runs are drawn
+whose truth is known, and tested as `alignscores.compare` does.
 """
 
 import argparse
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import product
 
 import numpy as np
+import pandas as pd
 
 from alignscores.arrays import Floats
-from alignscores.comparison.baseline import changes
-from alignscores.comparison.benchmark import Run
-from alignscores.comparison.runs import COLUMNS, Outcome
-from alignscores.comparison.statistics import LEVEL, holm, rank_test, sequence_test
-from alignscores.comparison.summary import Summary, summarise
-from alignscores.io import FORMATS
+from alignscores.comparison.baseline import GATE_LEVEL, changes
+from alignscores.comparison.comparison import from_table, read_runs
+from alignscores.comparison.statistics import LEVEL, permutation_test
+from alignscores.comparison.summary import Design, checked, pairs_of
 
-__all__ = ["SCATTERS", "Case", "failing_gates", "found"]
+__all__ = ["SCATTERS", "Case", "failing_gates", "found", "of_many"]
 
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]
-Table = Iterator[tuple[str, list[list["Case"]]]]  # name of a row, cases of each cell
 
 
 def _gross(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
@@ -30,122 +28,183 @@ def _gross(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
     return rng.normal(size=shape) * np.where(rng.random(shape) < 0.1, 10, 1)
 
 
-def _drift(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
-    """Return the logarithm of the root mean square of a random walk."""
-    walks = np.cumsum(rng.normal(size=(*shape, 100)), axis=-1)
-    return np.asarray(np.log(np.mean(walks**2, axis=-1)) / 2)
-
-
 SCATTERS: Mapping[str, Draw] = {
     "normal": lambda rng, shape: rng.normal(size=shape),
     "t(2.5)": lambda rng, shape: rng.standard_t(2.5, shape),
     "10 % gross": _gross,
-    "drift": _drift,
 }
-FAILING = 0.0, 0.1, 0.3
-SYSTEMS, RUNS, SEQUENCES = (2, 5, 10), (2, 3, 5, 10), (1, 3, 10)
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is drawn: by default equal systems; the first one may be better, or scatter more."""
+    """Two systems: by default equal; the first one may be better, or vary more."""
 
-    systems: int = 2
     sequences: int = 1
-    runs: int | tuple[int, int] = 5  # of each, or of the first and of the others
+    runs: tuple[int, int] = (5, 5)
     scatter: str = "normal"
-    failing: float = 0.0
     better: float = 0.0  # in standard deviations of normal runs
     wider: float = 1.0
+    shared: float = 0.0  # share of the variance that runs of a name share over the sequences
+    kept: int | None = None  # the best runs of the first system that are reported
 
-    def draw(self, rng: np.random.Generator) -> list[list[Floats]]:
-        """Return the values of the runs of each system on each sequence."""
-        first, others = self.runs if isinstance(self.runs, tuple) else (self.runs, self.runs)
-        drawn = []
-        for system in range(self.systems):
-            shape = self.sequences, first if system == 0 else others
-            values = SCATTERS[self.scatter](rng, shape)
-            values = values * self.wider + self.better if system == 0 else values
-            drawn.append(list(np.where(rng.random(shape) < self.failing, -np.inf, values)))
-        return drawn
+    def draw(self, rng: np.random.Generator) -> list[tuple[Floats, Floats]]:
+        """Return the values of the runs of both systems on each sequence."""
+        values = []
+        for n in self.runs:
+            own = SCATTERS[self.scatter](rng, (self.sequences, n))
+            of_name = SCATTERS[self.scatter](rng, (1, n))
+            values.append(np.sqrt(1 - self.shared) * own + np.sqrt(self.shared) * of_name)
+        first = values[0] * self.wider + self.better
+        if self.kept is not None:
+            first = np.sort(first, axis=1)[:, -self.kept :]
+        return list(zip(first, values[1], strict=True))
 
 
-def found(case: Case, draws: int, seed: int = 0) -> float:
-    """Return the share of the draws in which some pair of systems differs significantly."""
+def found(case: Case, draws: int, *, dependent: bool = False, seed: int = 0) -> float:
+    """Return the share of the draws, in per cent, in which the systems differ significantly."""
     rng = np.random.default_rng(seed)
-    test = sequence_test if case.runs == 1 else rank_test
-    significant = 0
-    for _ in range(draws):
-        pairs = combinations(case.draw(rng), 2)
-        tests = [test(list(zip(*pair, strict=True))) for pair in pairs]
-        p = holm([one.p if one.possible else np.nan for one in tests])
-        significant += bool((p <= LEVEL).any())
-    return significant / draws
+    tests = [permutation_test(case.draw(rng), dependent=dependent) for _ in range(draws)]
+    return 100 * float(np.mean([test.possible and test.p <= LEVEL for test in tests]))
 
 
-def failing_gates(gates: int, seed: int = 0) -> int:
-    """Return how many gates of equal runs fail by ``--fail_on worse``.
+def _table(values: Floats, systems: Sequence[str]) -> pd.DataFrame:
+    """Return a table of runs of values (systems, sequences, runs)."""
+    index = pd.MultiIndex.from_product(
+        [systems, *([str(k) for k in range(n)] for n in values.shape[1:])],
+        names=["system", "sequence", "run"],
+    )
+    return pd.Series(values.ravel(), index, name="PAS").reset_index()
 
-    Each compares two systems, with five runs on each of two sequences, with as many saved ones.
+
+def of_many(means: Sequence[float], draws: int, sequences: int = 1) -> tuple[float, float]:
+    """Return which share of the true differences of systems is found, and which share is false.
+
+    Each has five runs on each sequence, and its mean in standard deviations. The second share is of
+    the differences that are called significant, the mean over draws, in per cent as the first.
     """
-    rng = np.random.default_rng(seed)
-    runs = [Run(s, system, str(k), "file") for s in "st" for system in "ab" for k in range(5)]
-
-    def drawn() -> Summary:
-        scores = SCATTERS["t(2.5)"](rng, (len(runs),)).tolist()
-        outcomes = [Outcome(dict.fromkeys(COLUMNS, score), n=10, unit=1.0) for score in scores]
-        return summarise(list(zip(runs, outcomes, strict=True)), [], FORMATS["tum"])
-
-    failed = 0
-    for _ in range(gates):
-        now, saved = drawn(), drawn()
-        changed = changes(now, "saved.json", saved.results, "PAS").systems
-        failed += any(one.change == "worse" for one in changed)
-    return failed
-
-
-def _percent(cases: Iterable[Case], draws: int) -> str:
-    """Return the mean of the shares, in per cent, and the largest where there are several."""
-    shares = [100 * found(case, draws) for case in cases]
-    return f"{np.mean(shares):.1f}" + (f" ({max(shares):.1f})" if len(shares) > 1 else "")
+    rng = np.random.default_rng(0)
+    names = [f"s{k}" for k in range(len(means))]
+    mean = dict(zip(names, means, strict=True))
+    powers, false_shares = [], []
+    for _ in range(draws):
+        values = np.array(means)[:, None, None] + rng.normal(size=(len(means), sequences, 5))
+        pairs = pairs_of(checked(_table(values, names), "PAS"), "PAS", larger=True)
+        better, other = pairs["a"].map(mean), pairs["b"].map(mean)
+        differ = better != other
+        ahead = pairs["a"].where(better > other, pairs["b"])
+        called = pairs["better"].notna()
+        right = called & differ & (pairs["better"] == ahead)
+        powers.append(right.sum() / max(differ.sum(), 1))
+        false_shares.append((called & ~right).sum() / max(called.sum(), 1))
+    return 100 * float(np.mean(powers)), 100 * float(np.mean(false_shares))
 
 
-def _false_alarms() -> Table:
-    """Equal systems, over numbers of systems and sequences."""
-    for scatter, failing in product(SCATTERS, FAILING):
-        single = [Case(n, 10, 1, scatter, failing) for n in (2, 5)]
-        several = [
-            [Case(*size, runs, scatter, failing) for size in product(SYSTEMS, SEQUENCES)]
-            for runs in RUNS
+def failing_gates(
+    baselines: int,
+    builds: int = 2,
+    shared: float = 0.0,
+    design: Design = "independent",
+    sequences: int = 2,
+) -> Floats:
+    """Return p of ``--fail_on worse`` of builds of equal systems, (baselines, builds).
+
+    Each compares two systems, with five runs on each sequence, with as many saved ones.
+    """
+    rng = np.random.default_rng(0)
+
+    def drawn() -> pd.DataFrame:
+        own, of_name = (rng.standard_t(2.5, (2, n, 5)) for n in (sequences, 1))
+        return _table(np.sqrt(1 - shared) * own + np.sqrt(shared) * of_name, ["a", "b"])
+
+    smallest = np.ones((baselines, builds))
+    for baseline in range(baselines):
+        saved = checked(drawn(), "PAS")
+        for build in range(builds):
+            now = from_table(drawn(), "PAS", design=design)
+            smallest[baseline, build] = changes(now, "saved.csv", saved).systems["p_worse"].min()
+    return smallest
+
+
+def found_in(runs: pd.DataFrame, by: str, draws: int, n: int = 5) -> pd.DataFrame:
+    """Return how often n drawn runs of two systems differ significantly on each sequence.
+
+    A third column has it for two halves of the first system, which is equal to itself.
+    """
+    rng = np.random.default_rng(0)
+    a, b = list(dict.fromkeys(runs["system"]))[:2]
+    rows = []
+    for sequence, own in runs.groupby("sequence", sort=False):
+        x, y = (own.loc[own["system"] == name, by].to_numpy(float) for name in (a, b))
+        halves, power = [], []
+        for _ in range(draws):
+            first = rng.permutation(x)
+            power.append(permutation_test([(first[:n], rng.permutation(y)[:n])]).p <= LEVEL)
+            halves.append(permutation_test([(first[:n], first[n : 2 * n])]).p <= LEVEL)
+        rows.append((sequence, 100 * np.mean(power), 100 * np.mean(halves)))
+    return pd.DataFrame(rows, columns=["sequence", "found, %", "halves, %"])
+
+
+def main() -> None:
+    """Print all tables."""
+    parser = argparse.ArgumentParser(description="false alarms and power of the verdicts")
+    parser.add_argument("--draws", type=int, default=400)
+    parser.add_argument("--runs", metavar="CSV", help="two systems with ten runs on each sequence")
+    parser.add_argument("--by", default="PAS")
+    arguments = parser.parse_args()
+    draws = arguments.draws
+    if arguments.runs:
+        print(found_in(read_runs(arguments.runs), arguments.by, draws).round(1).to_string())
+        return
+    sizes = [(3, 3), (5, 5), (10, 10), (3, 10), (5, 10)]
+
+    def show(title: str, rows: Mapping[str, Sequence[float]], columns: Sequence[object]) -> None:
+        table = pd.DataFrame(list(rows.values()), list(rows), list(map(str, columns)))
+        print(f"\n{title}\n{table.round(1).to_string()}", flush=True)
+
+    for wider in (1.0, 10.0):
+        rows = {
+            f"{sequences} sequences": [
+                float(np.mean([found(Case(sequences, n, s, wider=wider), draws) for s in SCATTERS]))
+                for n in sizes
+            ]
+            for sequences in (1, 2, 6)
+        }
+        show(f"False alarms, %: one system varies {wider:g} times as much", rows, sizes)
+    rows = {
+        f"{better:g} sd, {scatter}, {sequences} sequences": [
+            found(Case(sequences, n, scatter, better), draws) for n in sizes
         ]
-        yield f"{scatter}, {failing:.0%} fail", [single, *several]
-
-
-def _power() -> Table:
-    """Two systems; one is better."""
-    for better, sequences, scatter in product((1.0, 2.0), (1, 6), ("normal", "10 % gross")):
-        cases = [[Case(2, sequences, runs, scatter, better=better)] for runs in RUNS]
-        yield f"{better:.0f} sd, {scatter}, sequences: {sequences}", cases
-
-
-def _unequal_scatter() -> Table:
-    """Two systems with the same median; one scatters more."""
-    for wider, sequences in product((3.0, 10.0), (1, 5)):
-        cases = [
-            [Case(2, sequences, runs, wider=wider)] for runs in ((3, 3), (5, 5), (10, 10), (3, 10))
+        for better, scatter, sequences in product((1.0, 2.0), ("normal", "10 % gross"), (1, 6))
+    }
+    show("Found, %: the first system is better", rows, sizes)
+    rows = {
+        f"{sequences} sequences": [
+            found(Case(sequences, shared=0.5), draws, dependent=one) for one in (False, True)
         ]
-        yield f"{wider:.0f} : 1, sequences: {sequences}", cases
+        for sequences in (2, 6, 11)
+    }
+    show("False alarms, %: runs of a name share half", rows, ["independent", "dependent"])
+    many = draws // 4
+    of_ten = {
+        "five equal, others 2 sd apart": of_many([0] * 5 + [2, 4, 6, 8, 10], many),
+        "all equal": of_many([0] * 10, many),
+        "3 sd apart": of_many([3 * k for k in range(10)], many),
+    }
+    show("Ten systems, five runs, one sequence, %", of_ten, ["found", "false of those called"])
+    best = found(Case(runs=(10, 5), kept=5), draws)
+    print(f"\nKeeping the best 5 of 10 runs of one of two equal systems: ahead in {best:.1f} %")
+    p = [
+        failing_gates(draws),
+        failing_gates(draws, shared=0.5, sequences=6),
+        failing_gates(draws, shared=0.5, design="dependent", sequences=6),
+    ]
+    rows = {
+        f"worse:{level:g}": [50 * float((own <= level).mean()) for own in p]
+        for level in (0.05, GATE_LEVEL, 0.001)
+    }
+    names = ["2 sequences", "6 sequences, half shared", "the same, --runs dependent"]
+    show("Of 50 builds of equal systems fail", rows, names)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="false alarms and power of the verdicts")
-    parser.add_argument("--draws", type=int, default=500)
-    parser.add_argument("--gates", type=int, default=1000)
-    arguments = parser.parse_args()
-    draws, gates = arguments.draws, arguments.gates
-    print(f"Of {gates} gates of equal runs fail: {failing_gates(gates)}")
-    for table in (_power, _unequal_scatter, _false_alarms):
-        print(table.__doc__)
-        for name, columns in table():
-            cells = [_percent(cases, draws) for cases in columns]
-            print(f"| {' | '.join([name, *cells])} |", flush=True)
+    main()

@@ -28,7 +28,7 @@ OF_LEVELS = {  # folders and files, as in README.md
     "library": (
         *("alignscores/comparison", "alignscores/evaluation", "alignscores/pages"),
         *("alignscores/show", "alignscores/test_real.py", "alignscores/test_torch.py"),
-        *("alignscores/io", "alignscores/trajectories"),
+        "alignscores/io",
     ),
     "command": ("alignscores/cli", "golden"),
     "study": ("cluster", "experiments", "figures", "report", "studies", "workflow"),

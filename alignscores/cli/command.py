@@ -6,9 +6,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..extras import require
 from ..io import FAILURES
 from ..streams import discard_output
-from . import compare, score
+from . import score
 from .metrics import listing
 from .output import one_line, print_error
 
@@ -26,6 +27,10 @@ def run_command(arguments: Sequence[str]) -> int:
         try:
             match list(arguments):
                 case ["compare", *others]:
+                    for package in ("pandas", "joblib"):
+                        require(package, "compare")
+                    from . import compare
+
                     return compare.run(others)
                 case ["metrics", *_]:
                     print(listing())

@@ -7,13 +7,23 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from ..comparison.baseline import Changes, changes, read_baseline
+import pandas as pd
+
+from ..comparison.baseline import GATE_LEVEL, changes, read_baseline
 from ..comparison.benchmark import Benchmark
-from ..comparison.comparison import Comparison, compare_runs, find_benchmark
-from ..comparison.gate import Condition, conditions_of, reasons_to_fail
-from ..comparison.runs import COLUMNS
-from ..comparison.summary import Result
+from ..comparison.comparison import (
+    Comparison,
+    compare_runs,
+    find_benchmark,
+    from_table,
+    read_runs,
+)
+from ..comparison.gate import WORSE, Condition, conditions_of, reasons_to_fail
+from ..comparison.plot import picture
+from ..comparison.runs import SCORES
+from ..comparison.summary import Design, measured
 from ..evaluation.settings import Settings
+from ..extras import require
 from ..io import FORMATS
 from ..metrics import metric
 from ..texts import printable
@@ -27,7 +37,8 @@ __all__ = ["compare_parser", "run"]
 
 USAGE = """\
 alignscores compare [FORMAT] REF_PATTERN EST_PATTERN [options]
-       alignscores compare FILE.yaml [options]"""
+       alignscores compare FILE.yaml [options]
+       alignscores compare RUNS.csv --by METRIC [options]"""
 EPILOG = """\
 example:
   alignscores compare 'data/{sequence}/gt.txt' 'data/{sequence}/{system}/{run}.txt'
@@ -37,19 +48,28 @@ exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
 """
 EVERYDAY = {
     *("t_max_diff", "t_offset", "alignment", "dry_run", "jobs", "by", "baseline", "fail_on"),
-    *("verbose", "metrics", "html", "markdown", "show"),
+    *("verbose", "metrics", "save_page", "save_csv", "markdown", "output", "show", "runs"),
 }
 FILES = (
     "patterns of the references and of the estimates, with {sequence}, {system} and {run}; or one "
-    "YAML file"
+    "YAML file; or one CSV file with a row a run: system, sequence, run and any metric"
 )
 FAIL_ON = (
     "exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; with --baseline "
-    "also 'PAS drops 0.05', or 'worse' (significantly, by the --by metric)"
+    f"also 'PAS drops 0.05', or 'worse' (significantly, by the --by metric; worse:{GATE_LEVEL:g} "
+    "sets the level)"
 )
 FAILS = 3  # exit code
-INTERRUPTED = 130  # by custom: 128 + SIGINT
+INTERRUPTED = 130  # exit code
 STDOUT = Path("-")
+FILES_OF = {  # what each option saves, and its file in the folder of --output
+    "save_page": ("html", "comparison.html"),
+    "save_json": ("json", "comparison.json"),
+    "save_csv": ("csv", "runs.csv"),
+    "markdown": ("markdown", "comparison.md"),
+    "save_plot": ("plot", "comparison.png"),
+    "latex": ("latex", "comparison.tex"),
+}
 
 
 def compare_parser() -> Parser:
@@ -67,87 +87,156 @@ def compare_parser() -> Parser:
     add = parser.add_argument_group("runs").add_argument
     add("--dry-run", action="store_true", help="list the files, and score nothing")
     add("--expect_all", action="store_true", help="a system without runs on a sequence fails")
-    help = "processes in parallel; -1: one for each core (default)"
+    help = "processes in parallel; -1: as many as processors (default: %(default)s)"
     add("--jobs", type=int, default=-1, metavar="X", help=help)
     add("--cache", metavar="FOLDER", type=Path, help="store results there, and reuse them")
     add = parser.add_argument_group("verdicts").add_argument
     add("--by", default="PAS", metavar="NAME", help="metric of verdicts (default: PAS)")
-    add("--baseline", metavar="FILE.json", help="compare with an earlier --json output")
+    help = "which values of --by are better, if it is a metric of your own in a CSV file"
+    add("--better", choices=("larger", "smaller"), help=help)
+    help = "compare with an earlier --save_csv or --save_json file"
+    add("--baseline", metavar="FILE", help=help)
     add("--fail_on", default="", metavar="CONDITIONS", help=FAIL_ON)
+    help = "dependent: runs of the same name share a build or a night, and count as one value"
+    add("--runs", choices=("independent", "dependent"), default="independent", help=help)
     add("--paired", action="store_true", help="compare runs of the same name")
     output = parser.groups["output"]
     add = output.add_argument
     add("-v", "--verbose", action="store_true", help="explain the numbers")
-    add("--html", metavar="FILE.html", type=output_file(".html"), help="save an HTML page")
+    page, plot = output_file(".html"), output_file(".png", ".pdf", ".svg")
+    add("--save_page", "--html", metavar="FILE.html", type=page, help="save an HTML page")
+    add("--save_plot", metavar="FILE", type=plot, help="save a plot of all runs")
+    add("--save_json", metavar="FILE", type=output_file(".json"), help="save what --json prints")
+    add("--save_csv", metavar="FILE", type=output_file(".csv"), help="save what --csv prints")
     add("--markdown", metavar="FILE", type=Path, help="save a report in Markdown; - prints it")
+    add("-o", "--output", metavar="FOLDER", type=Path, help="save all of these in a folder")
     add = output.add_mutually_exclusive_group().add_argument
-    for form in ("json", "csv"):
-        help = f"print {form.upper()} instead of the table"
+    for form, what in (("json", "JSON"), ("csv", "the runs as CSV"), ("latex", "a LaTeX table")):
+        help = f"print {what} instead of the table"
         add(f"--{form}", dest="show", action="store_const", const=form, help=help)
     parser.set_defaults(show="text")
     return parser
 
 
 def run(argv: Sequence[str]) -> int:
+    """Find, score and compare all runs; Ctrl-C ends the workers and this process with 130."""
+    ends_at_once = signal.getsignal(signal.SIGINT) is signal.SIG_DFL  # leaving the workers
+    if ends_at_once:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return _run(argv)
+    except KeyboardInterrupt:
+        if not ends_at_once:
+            raise
+        show_progress("")
+        return INTERRUPTED
+
+
+def _run(argv: Sequence[str]) -> int:
     """Find, score and compare all runs; what is wrong with one does not stop the others."""
     parser = compare_parser()
     arguments = parser.parse(argv)
     settings = parser.settings(arguments)
     if arguments.markdown == STDOUT and arguments.show != "text":
         parser.error(f"--markdown - and --{arguments.show} both print")
-    gate = _gate(parser, arguments, [*COLUMNS, *settings.metrics])
-    benchmark = _benchmark(parser, arguments, settings)
-    if arguments.dry_run:
+    if arguments.paired and arguments.runs == "dependent":
+        parser.error("--paired and --runs dependent exclude each other")
+    table = _table(arguments)
+    names = [*SCORES, *settings.metrics] if table is None else measured(table, arguments.by)
+    gate = _gate(parser, arguments, names)
+    benchmark = None if table is not None else _benchmark(parser, arguments, settings)
+    if arguments.dry_run and benchmark:
         return _show_found(benchmark)
-    settings = replace(settings, format=benchmark.format)
-    outputs = {form: getattr(arguments, form) for form in ("html", "markdown")}
-    outputs = {form: path for form, path in outputs.items() if path not in (None, STDOUT)}
+    outputs = _outputs(arguments)
     refuse_to_replace(_inputs(benchmark, arguments), outputs.items())
-    saved = read_baseline(arguments.baseline, settings) if arguments.baseline else []
+    saved = read_baseline(arguments.baseline, arguments.by) if arguments.baseline else None
 
-    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # joblib then ends its processes
-    try:
-        comparison = compare_runs(
-            benchmark,
-            settings,
-            paired=arguments.paired,
-            jobs=arguments.jobs,
-            cache=arguments.cache,
-            progress=show_progress,
-        )
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    changed = _changed(comparison, arguments, saved, gate) if arguments.baseline else None
-    reasons = reasons_to_fail(gate, comparison.summary, changed) if gate else []
-    problems = comparison.problems + [f"{e}; it counts as a failure" for e in comparison.failed]
+    found = _compared(arguments, settings, benchmark, table)
+    changed = None
+    if saved is not None:
+        levels = [one.limit for one in gate if one.relation == WORSE]
+        changed = changes(found, arguments.baseline, saved, *levels[:1])
+    reasons = reasons_to_fail(gate, found, changed) if gate else []
+    problems = found.problems + [f"{error}; it counts as a failure" for error in found.failed]
 
-    report = Report(comparison, arguments.by, changed, reasons)
-    for form, path in outputs.items():
+    report = Report(found, changed, reasons)
+    for option, path in outputs.items():
+        form = FILES_OF[option][0]
         try:
-            write_whole(path, report.written(form).encode())
+            content = picture(found, path) if form == "plot" else report.written(form).encode()
+            write_whole(path, content)
         except ValueError as error:
             problems.append(f"{path}: {error}")
     form = "markdown" if arguments.markdown == STDOUT else arguments.show
     print(report.written(form, verbose=arguments.verbose), end="", flush=True)
-    for note in comparison.notes + (comparison.low_scores if arguments.verbose else []):
-        print_note(note)
+    if form in ("csv", "latex"):  # the other forms have them below the verdict
+        for note in found.notes + (changed.notes if changed else []):
+            print_note(note)
     for problem in [*problems, *reasons]:
         print_error(problem)
     return FAILS if reasons else int(bool(problems))
 
 
-def _gate(
-    parser: Parser, arguments: argparse.Namespace, measured: Sequence[str]
-) -> list[Condition]:
-    """Return the conditions of --fail_on, and set --by to the metric's own name."""
-    by = arguments.by
-    with suppress(ValueError):
-        arguments.by = metric(by).name
-    if arguments.by not in measured:
-        parser.error(f"argument --by: must be one of {', '.join(measured)}, not {by!r}")
+def _table(arguments: argparse.Namespace) -> pd.DataFrame | None:
+    """Return the table of runs, if the file is one, and set --by to the metric's own name."""
+    table = None
+    if len(arguments.files) == 1 and arguments.files[0].endswith(".csv"):
+        table = read_runs(arguments.files[0])
+    if table is None or arguments.by not in table:
+        with suppress(ValueError):
+            arguments.by = metric(arguments.by).name
+    return table
+
+
+def _compared(
+    arguments: argparse.Namespace,
+    settings: Settings,
+    benchmark: Benchmark | None,
+    table: pd.DataFrame | None,
+) -> Comparison:
+    """Return the comparison of a table, or of the runs of a benchmark."""
+    design: Design = "paired" if arguments.paired else arguments.runs
+    if table is not None:
+        return from_table(table, arguments.by, arguments.better, design)
+    assert benchmark is not None
+    return compare_runs(
+        benchmark,
+        replace(settings, format=benchmark.format),
+        by=arguments.by,
+        design=design,
+        jobs=arguments.jobs,
+        cache=arguments.cache,
+        progress=show_progress,
+    )
+
+
+def _outputs(arguments: argparse.Namespace) -> dict[str, Path]:
+    """Return the files that will be written, by option; the packages that they need are there."""
+    files: dict[str, Path] = {}
+    for option, (_, name) in FILES_OF.items():
+        file = getattr(arguments, option, None)
+        if file is None and arguments.output:
+            file = arguments.output / name
+        if file not in (None, STDOUT):
+            files[option] = file
+    needed = {"markdown": "tabulate", "latex": "jinja2"}
+    printed = ["markdown"] if arguments.markdown == STDOUT else [arguments.show]
+    for option in [*files, *printed]:
+        if option in needed:
+            require(needed[option], "compare")
+    if "save_plot" in files:
+        require("matplotlib", "plots")
+    return files
+
+
+def _gate(parser: Parser, arguments: argparse.Namespace, names: Sequence[str]) -> list[Condition]:
+    """Return the conditions of --fail_on."""
+    if arguments.by not in names:
+        parser.error(f"argument --by: must be one of {', '.join(names)}, not {arguments.by!r}")
+    if not arguments.fail_on:
+        return []
     try:
-        gate = conditions_of(arguments.fail_on, arguments.by, measured)
+        gate = conditions_of(arguments.fail_on, arguments.by, names)
     except ValueError as error:
         parser.error(f"argument --fail_on: {error}")
     if any(one.needs_baseline for one in gate) and not arguments.baseline:
@@ -160,34 +249,26 @@ def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings
     form = arguments.files[0] if arguments.files[0] in FORMATS else None
     files = arguments.files[1:] if form else arguments.files
     if len(files) not in (1, 2):
-        forms = f"a format ({', '.join(FORMATS)}) and two patterns, or one YAML file"
+        forms = f"a format ({', '.join(FORMATS)}) and two patterns, or one YAML or CSV file"
         parser.error(f"give {forms}; `alignscores REF EST EST` scores single files")
     reference, estimate = files if files[1:] else (files[0], None)
     settings = replace(settings, format=form)
     return find_benchmark(reference, estimate, settings, arguments.expect_all)
 
 
-def _inputs(benchmark: Benchmark, arguments: argparse.Namespace) -> list[str]:
+def _inputs(benchmark: Benchmark | None, arguments: argparse.Namespace) -> list[str]:
     """Return all files that are read, or would be if they were not left out."""
-    frames = [one["frames"] for one in benchmark.sequence_options.values() if "frames" in one]
-    if arguments.frames:
-        frames += [arguments.frames.replace("{sequence}", name) for name in benchmark.references]
+    frames: list[str] = []
+    files: list[str] = []
+    if benchmark is not None:
+        files = benchmark.files
+        frames = [one["frames"] for one in benchmark.sequence_options.values() if "frames" in one]
+        if arguments.frames:
+            frames += [
+                arguments.frames.replace("{sequence}", name) for name in benchmark.references
+            ]
     baseline = [arguments.baseline] if arguments.baseline else []
-    return [*benchmark.files, *arguments.files, *frames, *baseline]
-
-
-def _changed(
-    comparison: Comparison,
-    arguments: argparse.Namespace,
-    saved: Sequence[Result],
-    gate: Sequence[Condition],
-) -> Changes:
-    """Compare with the saved runs; note if there are too few for the gate."""
-    by, paired = arguments.by, arguments.paired
-    changed = changes(comparison.summary, arguments.baseline, saved, by, paired)
-    if any(one.relation == "worse" for one in gate) and not changed.may_be_worse:
-        print_note("too few runs for a significant change: --fail_on worse cannot fail")
-    return changed
+    return [*files, *arguments.files, *frames, *baseline]
 
 
 def _show_found(benchmark: Benchmark) -> int:

@@ -4,9 +4,19 @@ import json
 from dataclasses import dataclass
 from textwrap import fill
 
-from ..comparison.baseline import Changes
-from ..comparison.comparison import Comparison, finite
-from ..comparison.tables import as_csv, as_markdown, as_text, conditions, legend, markdown, tables
+from ..comparison.baseline import Changes, changes_table
+from ..comparison.comparison import Comparison, csv_of_runs
+from ..comparison.tables import (
+    MARKDOWN,
+    as_latex,
+    as_markdown,
+    as_text,
+    by_sequence,
+    conditions,
+    legend,
+    markdown,
+    overall,
+)
 from ..pages.comparison import page
 from ..texts import printable
 from .output import table_width
@@ -16,49 +26,51 @@ __all__ = ["Report"]
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """A comparison by one metric, what changed since a saved one, and why the build fails."""
+    """A comparison, what changed since a saved one, and why the build fails."""
 
-    comparison: Comparison
-    by: str
+    found: Comparison
     changed: Changes | None
     reasons: list[str]
 
     def written(self, form: str, *, verbose: bool = False) -> str:
-        """Return it as text, json, csv, markdown or html."""
+        """Return it as text, json, csv, markdown, latex or html."""
         match form:
             case "json":
-                baseline = {"baseline": finite(self.changed.to_dict())} if self.changed else {}
-                content = self.comparison.to_dict() | baseline
+                baseline = {"baseline": self.changed.to_dict()} if self.changed else {}
+                content = self.found.to_dict() | baseline
                 return json.dumps(content, indent=2, allow_nan=False) + "\n"
             case "csv":
-                return as_csv(self.comparison.summary)
+                return csv_of_runs(self.found.runs)
             case "html":
-                return page(self.comparison, self.by, self.changed)
+                return page(self.found, self.changed)
             case "markdown":
                 return self._markdown()
+            case "latex":
+                return as_latex(self.found)
         return self._text(verbose=verbose)
 
     def _text(self, *, verbose: bool) -> str:
-        """Return verdict, tables and what changed for a terminal."""
-        summary, settings, width = self.comparison.summary, self.comparison.settings, table_width()
-        verdict = [fill(line, width) for line in self.comparison.verdict(self.by)]
-        shown = [as_text(table, width) for table in tables(summary, self.by)]
-        below = legend(summary, settings) + (conditions(settings) if verbose else [])
-        parts = ["\n".join(verdict), *shown, "\n".join(below)]
+        """Return verdict, notes, tables and what changed for a terminal."""
+        found, width = self.found, table_width()
+        notes = [f"note: {note}" for note in found.notes + (found.low_scores if verbose else [])]
+        parts = ["\n".join(fill(line, width) for line in lines) for lines in (found.verdict, notes)]
+        parts += [as_text(table, width) for table in (overall(found), by_sequence(found))]
+        parts.append("\n".join(legend(found) + (conditions(found.settings) if verbose else [])))
         if self.changed:
-            header = f"{self.by} against {printable(self.changed.file)}"
-            table = as_text(self.changed.table(), width)
+            header = f"{found.by} against {printable(self.changed.file)}"
+            table = as_text(changes_table(self.changed), width)
             parts.append("\n".join([header, table, *self.changed.notes]))
         return "\n\n".join(filter(None, parts)) + "\n"
 
     def _markdown(self) -> str:
-        """Return verdict, what changed, and tables in Markdown."""
-        summary, settings = self.comparison.summary, self.comparison.settings
+        """Return verdict, notes, what changed, and tables in Markdown."""
+        found = self.found
         parts = [f"**Fails:** {markdown(reason)}" for reason in self.reasons]
-        parts += map(markdown, self.comparison.verdict(self.by))
+        parts += map(markdown, found.verdict)
+        parts.append("\n".join(f"- {markdown(note)}" for note in found.notes))
         if self.changed:
-            parts.append(f"{self.by} against {markdown(printable(self.changed.file))}:")
-            parts.append(as_markdown(self.changed.table()))
+            parts.append(f"{found.by} against {markdown(printable(self.changed.file))}:")
+            parts.append(as_markdown(changes_table(self.changed, MARKDOWN)))
             parts += map(markdown, self.changed.notes)
-        parts += [as_markdown(table) for table in tables(summary, self.by)]
-        return "\n\n".join([*parts, *map(markdown, legend(summary, settings))]) + "\n"
+        parts += [as_markdown(table(found, MARKDOWN)) for table in (overall, by_sequence)]
+        return "\n\n".join(filter(None, [*parts, *map(markdown, legend(found))])) + "\n"

@@ -154,7 +154,9 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
                 settings = replace(settings, est_format=est_format)
                 if est_format != settings.format:
                     print_note(f"{file}: detected format: {est_format}")
-            results.scored.append(score(reference, file, settings, name=name))
+            results.scored.append(
+                score(reference, file, settings, name=name, ref_file=results.reference)
+            )
         except FAILURES as error:
             results.fail(file, error)
     show_progress("")

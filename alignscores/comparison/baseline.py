@@ -1,143 +1,172 @@
-"""A comparison against a saved one: what is new or gone, and which systems are better or worse.
+"""A comparison against saved runs: what is new or gone, and which systems are better or worse.
 
 The runs of a system now and those that were saved are compared as two systems are.
 """
 
-import json
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..evaluation.settings import Settings
+import numpy as np
+import pandas as pd
+
 from ..io import FileError
-from ..io.files import read_text
-from ..metrics import metric
 from ..texts import first_few, printable
-from .benchmark import Run
-from .runs import COLUMNS, Outcome
-from .statistics import LEVEL, holm
-from .summary import Pair, Result, Results, Summary, by_system, compared
-from .tables import Cell, Table, number
-from .verdicts import difference_text, p_text
+from .comparison import Comparison, finite, read_runs
+from .statistics import holm
+from .summary import checked, compared, completed, records, values_of
+from .tables import TEXT, Form, number
+from .verdict import difference_text, p_text
 
-__all__ = ["Change", "Changes", "changes", "read_baseline"]
+__all__ = ["GATE_LEVEL", "Changes", "changes", "changes_table", "means_of_both", "read_baseline"]
 
-
-Place = tuple[str, str]  # a system and a sequence
-
-
-@dataclass(frozen=True, eq=False)
-class Change:
-    """The runs of a system now (a) and saved (b), with Holm's one-sided p-values over systems."""
-
-    system: str
-    pair: Pair
-    worse: float
-    better: float
-
-    @property
-    def change(self) -> str | None:
-        """What is significant."""
-        return "worse" if self.worse <= LEVEL else "better" if self.better <= LEVEL else None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return its entry of the JSON output."""
-        now, saved = self.pair.means
-        entry = {"system": self.system, "saved": saved, "now": now, "wins": self.pair.wins}
-        entry |= self.pair.interval()
-        return entry | {"p_worse": self.worse, "p_better": self.better, "change": self.change}
+GATE_LEVEL = 0.01  # of ``worse``: half a false alarm in 50 builds of equal systems
 
 
 @dataclass(frozen=True, eq=False)
 class Changes:
-    """What changed against a saved comparison, by one metric."""
+    """What changed against saved runs, by one metric.
+
+    `systems` has a row for each system: its means on the sequences of both, `wins` of the new runs,
+    the difference with its interval, one-sided p-values by Holm's method over the systems, and what
+    is significant at `level`. `p_smallest` is the least that the runs of a system can reach.
+    """
 
     file: str
-    metric: str
-    notes: list[str]  # what is new or gone
-    gone: list[Place]  # where there was a run, and is none
-    saved: Mapping[str, Results]  # by system
-    systems: list[Change]
-    may_be_worse: bool  # there are enough runs for a significant change
+    by: str
+    level: float
+    systems: pd.DataFrame
+    new: list[str]
+    gone: list[str]  # where there were runs, or more runs
+    saved: pd.DataFrame
+    now: pd.DataFrame
+
+    @property
+    def mute(self) -> list[str]:
+        """Why systems cannot be significantly worse, whatever their runs are."""
+        lines = []
+        for row in records(self.systems[~(self.systems["p_smallest"] <= self.level)]):
+            smallest = row["p_smallest"]
+            reason = (
+                f"p is at least {smallest:.2g}" if math.isfinite(smallest) else "too few to test"
+            )
+            lines.append(
+                f"{row['system']}: worse cannot be significant at {self.level:g} with "
+                f"{row['runs_now']} against {row['runs_saved']} runs ({reason})"
+            )
+        return lines
+
+    @property
+    def notes(self) -> list[str]:
+        """What is new or gone, and who cannot be worse."""
+        lists = (("new", self.new), ("gone", self.gone))
+        return [f"{what}: {first_few(own)}" for what, own in lists if own] + self.mute
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what the JSON output has of it, in which numbers may not be finite."""
-        entry = {"file": printable(self.file), "metric": self.metric, "notes": self.notes}
-        return entry | {"systems": [one.to_dict() for one in self.systems]}
-
-    def table(self) -> Table:
-        """Return a row for each system."""
-        header = ["system", "saved", "now", "wins", "difference", "change"]
-        rows = []
-        for one in self.systems:
-            change = one.change or "not significant"
-            p = one.better if one.change == "better" else one.worse
-            texts = (
-                one.system,
-                number(one.pair.means[1]),
-                number(one.pair.means[0]),
-                f"{one.pair.wins:.0%}",
-                difference_text(one.pair.difference, significant=one.change is not None),
-                "too few runs" if math.isnan(p) else f"{change} ({p_text(p)})",
-            )
-            rows.append(list(map(Cell, texts)))
-        return Table(header, rows)
+        """Return what the JSON output has of it."""
+        entry = {"file": printable(self.file), "metric": self.by, "level": self.level}
+        return entry | {"notes": self.notes, "systems": finite(self.systems)}
 
 
-def read_baseline(file: str, settings: Settings) -> list[Result]:
-    """Return the runs of a saved comparison, which must have been made with these settings."""
-    text = read_text(file)
+def read_baseline(file: str, by: str) -> pd.DataFrame:
+    """Return the runs of a saved comparison."""
     try:
-        saved = json.loads(text)
-        results = [_saved_run(result) for result in saved["results"]]
-    except (KeyError, OverflowError, RecursionError, TypeError, ValueError):
-        raise FileError(file, "is not what `alignscores compare --json` prints") from None
-    for name, value in json.loads(json.dumps(settings.to_dict())).items():
-        if name not in ("frames", "reference_sigma") and saved.get(name, value) != value:
-            was = json.dumps(saved[name])
-            raise FileError(file, f"has {name} {was}, not {json.dumps(value)}: nothing compares")
-    return results
-
-
-def _saved_run(result: Mapping[str, Any]) -> Result:
-    """Return a saved run; null means an infinite error."""
-    texts = [result[name] for name in ("sequence", "system", "run")]
-    texts += [result[name] or "" for name in ("file", "error")]
-    if not all(isinstance(text, str) for text in texts):
-        raise TypeError
-    scores = {name: result[name] for name in COLUMNS} | result["metrics"]
-    values = {name: metric(name).worst if v is None else float(v) for name, v in scores.items()}
-    run = Run(result["sequence"], result["system"], result["run"], result["file"])
-    return Result(run, Outcome(values, error=result["error"] or ""))
+        return checked(read_runs(file), by)
+    except FileError:
+        raise
+    except ValueError as error:
+        raise FileError(file, str(error)) from None
 
 
 def changes(
-    summary: Summary, file: str, saved: Sequence[Result], name: str, paired: bool = False
+    found: Comparison, file: str, saved: pd.DataFrame, level: float = GATE_LEVEL
 ) -> Changes:
-    """Compare all systems by a metric with the saved runs of the same benchmark."""
-    places, were = (
-        dict.fromkeys((result.run.system, result.run.sequence) for result in own)
-        for own in (summary.results, saved)
-    )
-    gone = [key for key in were if key not in places]
-    new = [key for key in places if key not in were]
-    notes = [
-        f"{what}: {first_few([f'{system} on {s}' for system, s in own])}"
-        for what, own in (("new", new), ("gone", gone))
-        if own
+    """Compare all systems with their saved runs; these must have been scored in the same way.
+
+    A value that a system has in the saved runs or now, and lacks in a run, is the worst one.
+    """
+    by, larger = found.by, found.larger
+    both = pd.concat([saved.assign(when="saved"), found.runs.assign(when="now")], ignore_index=True)
+    _check_settings(both, file)
+    both = completed(both, by, "larger" if larger else "smaller")
+    saved, now = (both[both["when"] == when] for when in ("saved", "now"))
+    before, after = values_of(saved, by, larger), values_of(now, by, larger)
+    rows = [
+        {"system": system, **row}
+        for system in found.runs["system"].unique()
+        if system in before and system in after
+        if (row := compared(after[system], before[system], found.design))
     ]
-    before, after = by_system(saved), by_system(summary.results)
-    pairs = {
-        system: pair
-        for system in summary.systems
-        if system in before
-        if (pair := compared(after[system], before[system], name, paired))
+    counts = [table.groupby(["system", "sequence"], sort=False).size() for table in (saved, now)]
+    counted = pd.concat(counts, axis="columns", keys=["saved", "now"]).fillna(0).astype(int)
+    new, gone = [], []
+    for row in records(counted.reset_index()):
+        place, n, n_saved = f"{row['system']} on {row['sequence']}", row["now"], row["saved"]
+        new += [place] if not n_saved else []
+        gone += [f"{place} ({n} of {n_saved} runs left)" if n else place] if n < n_saved else []
+    return Changes(file, by, level, _systems(rows, level), new, gone, saved, now)
+
+
+def _systems(rows: list[dict[str, Any]], level: float) -> pd.DataFrame:
+    """Return the table of the systems; those whose runs can reach the level are tested."""
+    tests = [row["test"] for row in rows]
+    able = np.array([test.possible and test.smallest <= level for test in tests], dtype=bool)
+    worse, better = (
+        holm(np.where(able, [getattr(test, tail) for test in tests], np.nan)).tolist()
+        for tail in ("worse", "better")
+    )
+    names = ["system", "mean_b", "mean_a", "wins", "difference", "low", "high", "runs_b", "runs_a"]
+    table = pd.DataFrame(rows, columns=names).rename(
+        columns={"mean_a": "now", "mean_b": "saved", "runs_a": "runs_now", "runs_b": "runs_saved"}
+    )
+    smallest = [test.smallest if test.possible else math.nan for test in tests]
+    table["p_smallest"] = np.array(smallest, dtype=float) * max(1, able.sum())
+    table["p_worse"], table["p_better"] = worse, better
+    table["change"] = pd.Series(
+        [
+            "worse" if p <= level else "better" if q <= level else None
+            for p, q in zip(worse, better, strict=True)
+        ],
+        dtype=object,
+    )
+    return table
+
+
+def _check_settings(both: pd.DataFrame, file: str) -> None:
+    """Check that the saved runs of a system on a sequence were scored with the same settings."""
+    texts = both.groupby(["system", "sequence", "when"], sort=False)["settings"].first().unstack()
+    other = texts.dropna()[lambda table: table["saved"] != table["now"]]
+    for row in records(other.reset_index())[:1]:
+        was, now = (row[when] or "default settings" for when in ("saved", "now"))
+        where = f"{row['system']} on {row['sequence']}"
+        raise FileError(file, f"has {was}, not {now}, for {where}: they cannot be compared")
+
+
+def changes_table(changed: Changes, form: Form = TEXT) -> pd.DataFrame:
+    """Return the table of the systems as texts."""
+    rows = []
+    for row in records(changed.systems):
+        p = row["p_better"] if row["change"] == "better" else row["p_worse"]
+        ends = (row[name] for name in ("difference", "low", "high"))
+        gain = difference_text(*ends, significant=bool(row["change"]))
+        change = f"{row['change'] or 'not significant'} ({p_text(p)})"
+        rows.append(
+            {
+                "system": form.escape(row["system"]),
+                "saved": number(row["saved"]),
+                "now": number(row["now"]),
+                "wins": f"{row['wins']:.0%}",
+                "difference": gain if math.isfinite(row["difference"]) else "-",
+                "change": "too few runs" if math.isnan(p) else change,
+            }
+        )
+    return pd.DataFrame(rows, columns=["system", "saved", "now", "wins", "difference", "change"])
+
+
+def means_of_both(changed: Changes, name: str) -> pd.DataFrame:
+    """Return the means of a metric, saved and now, on the sequences of both, by system."""
+    means = {
+        when: table.groupby(["system", "sequence"], sort=False)[name].mean()
+        for when, table in (("saved", changed.saved), ("now", changed.now))
     }
-    tests = [p.test if p.test.smallest <= LEVEL else None for p in pairs.values()]
-    worse = holm([test.worse if test else math.nan for test in tests]).tolist()
-    better = holm([test.better if test else math.nan for test in tests]).tolist()
-    systems = list(map(Change, pairs, pairs.values(), worse, better))
-    smallest = [test.smallest for test in tests if test]
-    enough = bool(smallest) and min(smallest) * len(smallest) <= LEVEL
-    return Changes(file, name, notes, gone, before, systems, enough)
+    return pd.DataFrame(means).dropna().groupby("system", sort=False).mean().reset_index()

@@ -200,7 +200,7 @@ def _natural(name: str) -> list[tuple[int, str]]:
 
 def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
     """Read a benchmark that is described in a YAML file; paths in it are relative to its folder."""
-    require("yaml", "yaml")
+    require("yaml", "compare")
     from ..yaml_files import load_yaml  # needs PyYAML
 
     try:

@@ -1,111 +1,156 @@
-"""Systems over sequences and runs: found, scored in parallel, and summarised."""
+"""Systems over sequences and runs: found, scored in parallel, and compared."""
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures.process import BrokenProcessPool
+import json
+import re
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from html import escape
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from ..evaluation.evaluation import LOST, finite_or_none
+import numpy as np
+import pandas as pd
+
+from ..evaluation.evaluation import finite_or_none
 from ..evaluation.notes import collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings, changed
-from ..extras import require
-from ..io import FAILURES, read_stamps, recognise
+from ..io import FAILURES, FileError, read_stamps, recognise
+from ..io.files import read_text
 from ..metrics import metric
 from ..texts import alike, first_few, printable
 from ..version import __version__
 from ..writing import write_whole
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
 from .patterns import Pattern
-from .runs import COLUMNS, Outcome, Task, evaluate_run, forget_references, reference_of
-from .summary import Summary, summarise
-from .tables import as_html, legend, tables
-from .verdicts import verdict
+from .runs import SCORES, Errors, Task, forget_references, reference_of, score_runs
+from .summary import (
+    Better,
+    Design,
+    checked,
+    completed,
+    larger_is_better,
+    pairs_of,
+    records,
+    summarise,
+)
+from .verdict import notes_on_runs, verdict
 
-__all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "finite", "settings_of_run"]
+__all__ = ["Comparison", "compare", "compare_runs", "csv_of_runs", "find_benchmark", "finite"]
+__all__ += ["from_table", "read_runs", "settings_of_run"]
 
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Systems with their means, ranks, and how often one beats another; `compare` returns it.
+    """Systems compared by one metric; `compare` returns it.
 
     Parameters
     ----------
-    benchmark : Benchmark
-        The sequences with their references, and all runs.
-    settings : Settings
-        How the runs were scored, where the benchmark says nothing else.
-    summary : Summary
-        Results of the runs, means, pairs of systems, and ranks.
+    runs : DataFrame
+        A row a run: ``sequence, system, run, file, status`` (*scored*, *failed*, *missing* or
+        *copy*), ``error``, a column a metric, ``n``, ``lost``, ``d``, ``scale``, ``chance``,
+        ``notes`` and ``settings``. A failed run has the worst values.
+    by : str
+        The metric of verdict, ranks and pairs.
+    larger : bool
+        Whether larger values of it are better.
+    design : {"independent", "dependent", "paired"}
+        What runs of the same name have in common.
+    settings : Settings or None
+        How the runs were scored, where the benchmark says nothing else; None for a table.
     problems : list of str
         What was left out, and why.
-    notes : list of str
-        Notes on the runs, each once.
+    sequence_notes : list of str
+        Notes on the references.
+    errors : mapping of Run to Errors
+        The errors of the frames of each scored run; empty for a table.
 
     Examples
     --------
     >>> from alignscores import compare
     >>> compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
-    Comparison(systems=1, sequences=1, runs=1, failed=0, registration='refined')
+    Comparison(systems=1, sequences=1, runs=1, failed=0, by='PAS')
     """
 
-    benchmark: Benchmark
-    settings: Settings
-    summary: Summary
-    problems: list[str]
-    notes: list[str]
+    runs: pd.DataFrame
+    by: str = "PAS"
+    larger: bool = True
+    design: Design = "independent"
+    settings: Settings | None = None
+    problems: list[str] = field(default_factory=list)
+    sequence_notes: list[str] = field(default_factory=list)
+    errors: Mapping[Run, Errors] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        summary = self.summary
         return (
-            f"Comparison(systems={len(summary.systems)}, sequences={len(summary.sequences)}, "
-            f"runs={len(summary.results)}, failed={len(self.failed)}, "
-            f"registration={self.settings.registration!r})"
+            f"Comparison(systems={self.runs['system'].nunique()}, "
+            f"sequences={self.runs['sequence'].nunique()}, runs={len(self.runs)}, "
+            f"failed={len(self.failed)}, by={self.by!r})"
         )
 
     def _repr_html_(self) -> str:
-        lines = [*self.verdict(), *legend(self.summary, self.settings)]
-        shown = [as_html(table) for table in tables(self.summary, "PAS")]
-        return f"<p>{'<br>'.join(map(escape, lines))}</p>{''.join(shown)}"
+        from ..pages.comparison import overview  # which imports this module
+
+        return overview(self)
+
+    @property
+    def distinct(self) -> pd.DataFrame:
+        """The runs without copies, from which everything is computed."""
+        return self.runs[self.runs["status"] != "copy"]
+
+    @cached_property
+    def pairs(self) -> pd.DataFrame:
+        """A row a pair of systems, on each sequence and over all (`sequence` None).
+
+        `wins` is P(A beats B); the columns are described in ``docs/reference/results.md``.
+        """
+        sequences = [None, *self.runs["sequence"].unique()]
+        return pairs_of(self.distinct, self.by, self.larger, self.design, sequences)
+
+    @cached_property
+    def summary(self) -> pd.DataFrame:
+        """A row for each system and sequence, and over all: means, deviations, failures, ranks."""
+        return summarise(self.distinct, self.by, self.larger, self.pairs)
+
+    @property
+    def overall(self) -> pd.DataFrame:
+        """The rows of `summary` over all sequences, the best system first."""
+        return self.summary[self.summary["sequence"].isna()]
+
+    @cached_property
+    def verdict(self) -> list[str]:
+        """Sentences on which systems are ahead, and how certain that is."""
+        return verdict(self.distinct, self.by, self.overall, self.pairs)
+
+    @cached_property
+    def notes(self) -> list[str]:
+        """What may be wrong with the runs, each once."""
+        return [*notes_on_runs(self.runs, self.by, self.design), *self.sequence_notes]
 
     @property
     def failed(self) -> list[str]:
         """Why runs failed, or that they are missing; each of them counts as a failure."""
-        return [r.outcome.error for r in self.summary.results if r.failed]
+        rows = self.runs[self.runs["status"].isin(["failed", "missing"])]
+        return [
+            row["error"] or "{sequence}, {system}, run {run}: has no ".format(**row) + self.by
+            for row in records(rows)
+        ]
 
     @property
     def low_scores(self) -> list[str]:
         """Why the PAS of runs are low, once for each system."""
-        low: dict[str, list[tuple[str, str]]] = {}
-        for result in self.summary.results:
-            if reason := result.outcome.low_score:
-                low.setdefault(result.run.system, []).append((_name(result.run), reason))
-        return [note for reasons in low.values() for note in alike(reasons)]
-
-    def verdict(self, by: str = "PAS") -> list[str]:
-        """Return in words which systems are ahead, and how certain that is.
-
-        Parameters
-        ----------
-        by : str
-            The metric.
-
-        Returns
-        -------
-        list of str
-            A few sentences; none for a single system.
-
-        Examples
-        --------
-        >>> from alignscores import compare
-        >>> compare("tests/data/tum/reference.txt", 2 * ["tests/data/tum/estimate.txt"]).verdict()
-        ['estimate.txt, estimate.txt (2): one run on one sequence, too few to be tested.']
-        """
-        return verdict(self.summary, metric(by).name)
+        rows = self.runs[self.runs["low_score"] != ""]
+        return [
+            note
+            for _, own in rows.groupby("system", sort=False)
+            for note in alike(
+                ("{sequence}, {system}, run {run}".format(**row), row["low_score"])
+                for row in records(own)
+            )
+        ]
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the command prints with ``--json``.
@@ -113,61 +158,36 @@ class Comparison:
         Returns
         -------
         dict
-            Settings, ``problems``, and the lists ``results`` (one entry a run), ``systems`` (one a
-            system and sequence, and over all) and ``comparisons`` (one a pair of systems, sequence
-            and metric). Infinite and unknown numbers are None. The keys are described in
-            ``docs/reference/results.md``.
+            Settings, ``problems``, ``verdict``, ``notes``, and the tables ``runs``, ``summary`` and
+            ``pairs`` as lists of rows. Infinite and unknown numbers are None. The keys are
+            described in ``docs/reference/results.md``.
 
         Examples
         --------
         >>> from alignscores import compare
         >>> found = compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
-        >>> found.to_dict()["results"][0]["PAS"]
+        >>> found.to_dict()["runs"][0]["PAS"]
         0.8709
         """
-        summary = self.summary
         return {
             "version": __version__,
-            **self.settings.to_dict(),
+            "by": self.by,
+            "better": "larger" if self.larger else "smaller",
+            "design": self.design,
+            **({} if self.settings is None else self.settings.to_dict()),
             "problems": [printable(problem) for problem in self.problems],
-            "results": [finite(result.to_dict()) for result in summary.results],
-            "systems": [finite(entry.to_dict()) for entry in summary.entries.values()],
-            "comparisons": [finite(pair.to_dict()) for pair in summary.pairs],
+            "verdict": self.verdict,
+            "notes": self.notes,
+            **{name: finite(getattr(self, name)) for name in ("runs", "summary", "pairs")},
         }
 
-    def to_frame(self) -> Any:
-        """Return means, standard deviations and counts as a pandas DataFrame.
-
-        Returns
-        -------
-        pandas.DataFrame
-            One row a system and sequence, and one over all with the sequence None; the columns
-            as in ``--csv``.
-
-        Raises
-        ------
-        ModuleNotFoundError
-            Where pandas is not installed.
-
-        Examples
-        --------
-        >>> from alignscores import compare
-        >>> found = compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
-        >>> found.to_frame()["system"].to_list()
-        ['estimate.txt', 'estimate.txt']
-        """
-        rows = [entry.to_dict() for entry in self.summary.entries.values()]
-        return require("pandas", "tables").DataFrame(rows)
-
-    def save_page(self, path: str | Path, by: str = "PAS") -> None:
-        """Save one page with verdict, tables and drawings, as ``--html`` does.
+    def save_page(self, path: str | Path) -> None:
+        """Save one page with verdict, tables and drawings, as ``--save_page`` does.
 
         Parameters
         ----------
         path : path
             The file, which is replaced.
-        by : str
-            The metric.
 
         Examples
         --------
@@ -177,16 +197,19 @@ class Comparison:
         """
         from ..pages.comparison import page  # which imports this module
 
-        write_whole(Path(path), page(self, metric(by).name).encode())
+        write_whole(Path(path), page(self).encode())
 
 
 def compare(
-    references: str | Path,
+    references: str | Path | pd.DataFrame,
     estimates: str | Estimates | None = None,
     settings: Settings | None = None,
     *,
-    expect_all: bool = False,
+    by: str = "PAS",
+    better: Better | None = None,
+    dependent: bool = False,
     paired: bool = False,
+    expect_all: bool = False,
     jobs: int = 1,
     cache: str | Path | None = None,
     **changes: Any,
@@ -195,9 +218,11 @@ def compare(
 
     Parameters
     ----------
-    references : path
-        Pattern of the reference files, with ``{sequence}``; or the reference of a single sequence;
-        or a YAML file that describes the benchmark, without `estimates`.
+    references : path or DataFrame
+        Pattern of the reference files, with ``{sequence}``; or the reference of a single sequence.
+        Without `estimates`: a YAML file that describes the benchmark; or a table, or CSV file, of
+        runs with any metric: the columns ``system`` and `by`, and where there are several
+        ``sequence`` and ``run``. A run without a value has failed.
     estimates : str, list of paths, or mapping, optional
         Pattern of the estimated files, with ``{system}``, and ``{sequence}`` and ``{run}`` where
         there are several. Of a single sequence also the files of all systems, one run of each, or
@@ -205,13 +230,20 @@ def compare(
     settings : Settings, optional
         How they are scored; by default `Settings()`. ``frames`` may have ``{sequence}``. Without a
         ``format`` the first reference decides.
+    by : str
+        The metric of verdict, ranks and pairs.
+    better : {"larger", "smaller"}, optional
+        Which values are better, of a metric that this package does not know.
+    dependent : bool
+        Whether runs of the same name share something over the sequences, such as a build or a
+        night: then each counts as one value.
+    paired : bool
+        Whether runs of the same name are paired, such as runs of one seed.
     expect_all : bool
         Whether each system was to be run on each sequence, so that it failed where it has no run;
         by default it was not tried there, unless the YAML file says how many ``runs`` there are.
-    paired : bool
-        Whether runs of the same name are paired, such as runs of one seed.
     jobs : int
-        Processes in parallel, by joblib; -1: one for each core.
+        Processes in parallel; -1: as many as processors. Up to 16 runs take one.
     cache : path, optional
         Folder where results are stored and looked for; by default everything is computed.
     **changes : object
@@ -220,28 +252,82 @@ def compare(
     Returns
     -------
     Comparison
-        Means, how often one system beats another, ranks, and all results.
+        The tables `runs`, `summary` and `pairs`, and the `verdict`.
 
     Raises
     ------
     ValueError
-        Where nothing is found, or a setting or the YAML file is wrong.
+        Where nothing is found, or a setting, the table or the YAML file is wrong.
+    ModuleNotFoundError
+        Where pandas or joblib is not installed.
 
     Examples
     --------
     >>> from alignscores import compare
     >>> folder = "tests/data/tum"
     >>> found = compare(f"{folder}/reference.txt", f"{folder}/{{system}}.txt")
-    >>> found.summary.systems, found.summary.entries["estimate", None].mean("PAS")
-    (['estimate'], 0.8709)
-    >>> runs = {"orb": [f"{folder}/estimate.txt"] * 3, "dso": f"{folder}/reference.txt"}
-    >>> compare(f"{folder}/reference.txt", runs)
-    Comparison(systems=2, sequences=1, runs=4, failed=0, registration='refined')
+    >>> found.runs[["system", "PAS"]].to_dict("list")
+    {'system': ['estimate'], 'PAS': [0.8709]}
+    >>> import pandas as pd
+    >>> runs = pd.DataFrame({"system": 5 * ["a"] + 5 * ["b"], "seconds": range(10)})
+    >>> compare(runs, by="seconds", better="smaller").pairs[["a", "b", "wins", "better"]]
+       a  b  wins better
+    0  a  b   1.0      a
+    1  a  b   1.0      a
     """
+    if dependent and paired:
+        raise ValueError("runs are either dependent or paired, not both")
+    design: Design = "dependent" if dependent else "paired" if paired else "independent"
+    if isinstance(references, pd.DataFrame):
+        return from_table(references, by, better, design)
+    if estimates is None and Path(references).suffix == ".csv":
+        return from_table(read_runs(str(references)), by, better, design)
     settings = changed(settings or Settings(), changes)
     benchmark = find_benchmark(str(references), estimates, settings, expect_all)
     folder = None if cache is None else Path(cache)
-    return compare_runs(benchmark, settings, paired=paired, jobs=jobs, cache=folder)
+    return compare_runs(benchmark, settings, by=by, design=design, jobs=jobs, cache=folder)
+
+
+def from_table(
+    runs: pd.DataFrame, by: str, better: Better | None = None, design: Design = "independent"
+) -> Comparison:
+    """Return the comparison of a table of runs by one of its metrics."""
+    with suppress(ValueError):
+        by = by if by in runs else metric(by).name
+    larger = larger_is_better(by, better)
+    runs = checked(runs, by)
+    values = completed(runs, by, better)
+    runs.loc[values.index, values.columns] = values
+    return Comparison(runs, by, larger, design)
+
+
+def read_runs(file: str) -> pd.DataFrame:
+    """Return the table of runs in a CSV file, or in the JSON of a comparison."""
+    text = read_text(file)
+    try:
+        if Path(file).suffix == ".json":
+            return pd.DataFrame(json.loads(text)["runs"])
+        texts = dict.fromkeys(("sequence", "system", "run"), str)
+        runs = pd.read_csv(StringIO(text), dtype=texts)
+    except (KeyError, RecursionError, TypeError, ValueError):
+        raise FileError(file, "has no table of runs, as --save_csv and --save_json write") from None
+    for name in texts:
+        if name in runs:
+            runs[name] = runs[name].str.replace(r"^'(?=[=+\-@])", "", regex=True)
+    return runs
+
+
+def csv_of_runs(runs: pd.DataFrame) -> str:
+    """Return a table of runs as CSV; what a spreadsheet would run as a formula gets a '."""
+    texts = runs.select_dtypes(exclude="number").columns
+    inert = {
+        name: [
+            re.sub(r"^(?=[=+\-@])", "'", printable(value)) if isinstance(value, str) else value
+            for value in runs[name]
+        ]
+        for name in texts
+    }
+    return str(runs.assign(**inert).to_csv(index=False, lineterminator="\n"))
 
 
 def find_benchmark(
@@ -250,7 +336,9 @@ def find_benchmark(
     """Find the files of two patterns, take those that are named, or read a YAML file."""
     if estimates is None:
         if Path(references).suffix not in (".yaml", ".yml"):
-            raise ValueError(f"{references}: give a pattern of estimates, too, or one YAML file")
+            raise ValueError(
+                f"{references}: give a pattern of estimates, too, or one YAML or CSV file"
+            )
         return read_yaml(references, expect_all=expect_all)
     columns = settings.ref_columns or settings.columns
     if isinstance(estimates, str):
@@ -273,19 +361,23 @@ def compare_runs(
     benchmark: Benchmark,
     settings: Settings,
     *,
-    paired: bool = False,
+    by: str = "PAS",
+    design: Design = "independent",
     jobs: int,
     cache: Path | None,
     progress: Progress = lambda text: None,
 ) -> Comparison:
-    """Score and summarise all runs; what is wrong with one does not stop the others."""
+    """Score and compare all runs; what is wrong with one does not stop the others."""
     if isinstance(settings.frames, tuple):
         raise ValueError("frames must be a file, or a pattern with {sequence}, of each sequence")
-    metrics = tuple(name for name in settings.metrics if name not in COLUMNS)  # there anyway
+    metrics = tuple(name for name in settings.metrics if name not in SCORES)  # there anyway
     settings = replace(settings, format=benchmark.format, metrics=metrics)
+    by = metric(by).name
+    if by not in (*SCORES, *metrics):
+        raise ValueError(f"by must be one of {', '.join([*SCORES, *metrics])}, not {by}")
     problems = list(benchmark.problems)
     notes: list[tuple[str, str]] = []
-    tasks: dict[Run, Task] = {}
+    tasks: list[Task] = []
     forget_references()  # so that their notes are shown again
     for sequence in benchmark.references:
         try:
@@ -293,15 +385,16 @@ def compare_runs(
         except FAILURES as error:
             problems.append(f"sequence {sequence}: left out: {why(error)}")
         else:
-            tasks |= found
+            tasks += found
             notes += new
-    runs = _scored(tasks, jobs, progress)
-    if not runs:
+    if not tasks:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
-    summary = summarise(runs, settings.metrics, settings.form, paired)
-    notes += _notes_of_sequences(runs)
-    all_notes = [*_notes_of_runs(runs), *alike(notes)]
-    return Comparison(benchmark, settings, summary, problems, all_notes)
+    runs, errors = score_runs(tasks, jobs, progress)
+    compared = from_table(runs, by, design=design)
+    notes += _notes_on_ends(errors)
+    return replace(
+        compared, settings=settings, problems=problems, sequence_notes=alike(notes), errors=errors
+    )
 
 
 def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:
@@ -318,17 +411,17 @@ def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Setti
 
 def _tasks(
     benchmark: Benchmark, sequence: str, settings: Settings, cache: Path | None
-) -> tuple[dict[Run, Task], list[tuple[str, str]]]:
+) -> tuple[list[Task], list[tuple[str, str]]]:
     """Return what is to be done on a sequence, and the notes on its reference."""
     file = benchmark.references[sequence]
-    tasks: dict[Run, Task] = {}
-    checked: set[str | None] = {None}  # the first run of a system shows what is mixed up in all
+    tasks: list[Task] = []
+    checked_systems: set[str] = set()  # the first run of a system shows what is mixed up in all
     for run in benchmark.runs:
         if run.sequence == sequence:
             of_run = settings_of_run(benchmark, run, settings)
-            system = run.system if run.file else None
-            tasks[run] = Task(file, run.file or "", of_run, cache, check=system not in checked)
-            checked.add(system)
+            check = bool(run.file) and run.system not in checked_systems
+            tasks.append(Task(run, file, of_run, cache, check))
+            checked_systems |= {run.system} if run.file else set()
     with collected_warnings() as notes:
         reference_of(file, of_run)
         if of_run.frames is not None:
@@ -336,65 +429,26 @@ def _tasks(
     return tasks, [(sequence, note) for note in notes]
 
 
-def _scored(tasks: Mapping[Run, Task], jobs: int, progress: Progress) -> list[tuple[Run, Outcome]]:
-    """Return all runs with what became of them, missing ones among them."""
-    there = [run for run in tasks if run.file]
-    outcomes: dict[Run, Outcome] = {}
-    joblib = require("joblib", "compare")
-    try:
-        scored = joblib.Parallel(jobs, return_as="generator")(
-            joblib.delayed(evaluate_run)(tasks[run]) for run in there
-        )
-        for run, outcome in zip(there, scored, strict=True):
-            outcomes[run] = outcome
-            progress(f"scoring {len(outcomes)}/{len(there)}")
-    except BrokenProcessPool:
-        raise ChildProcessError("a process ended before its work was done; set --jobs 1") from None
-    except BlockingIOError as error:
-        reason = f"no further process can be started ({error.strerror}); set --jobs 1"
-        raise ChildProcessError(reason) from None
-    progress("")
-    for run in tasks:
-        if not run.file:
-            missing = f"{run.system}: has no run {run.run} on {run.sequence}"
-            outcomes[run] = Outcome({}, error=missing)
-    return [(run, outcomes[run]) for run in tasks]
-
-
-def _notes_of_sequences(runs: Sequence[tuple[Run, Outcome]]) -> list[tuple[str, str]]:
-    """Return sequence and text of the notes that are about all of its runs."""
+def _notes_on_ends(errors: Mapping[Run, Errors]) -> list[tuple[str, str]]:
+    """Return sequence and text of the notes on time that no run of a sequence covers."""
     notes: list[tuple[str, str]] = []
-    for sequence in dict.fromkeys(run.sequence for run, _ in runs):
-        timed = [one for run, one in runs if run.sequence == sequence and len(one.stamps)]
-        covered = [one.statuses != LOST for one in timed]
-        of_all = ends_notes([one.stamps for one in timed], covered)
+    for sequence in dict.fromkeys(run.sequence for run in errors):
+        own = [one for run, one in errors.items() if run.sequence == sequence and one.timed]
+        of_all = ends_notes([one.time for one in own], [one.covered for one in own])
         notes += [(sequence, str(note)) for note in of_all]
     return notes
 
 
-def _notes_of_runs(runs: Sequence[tuple[Run, Outcome]]) -> list[str]:
-    """Return the notes on the runs of each system, and on runs that are copies of each other."""
-    by_system: dict[str, list[tuple[str, str]]] = {}
-    scores: dict[tuple[str, str], list[Mapping[str, float]]] = {}
-    for run, outcome in runs:
-        notes = by_system.setdefault(run.system, [])
-        notes += [(_name(run), note) for note in outcome.notes]
-        scores.setdefault((run.sequence, run.system), []).append(outcome.scores)
-    for (sequence, system), own in scores.items():
-        if any(one and one in own[:index] for index, one in enumerate(own)):
-            note = "runs with the same scores count as several: copies, or a deterministic system"
-            by_system[system].append((f"{sequence}, {system}", note))
-    return [note for notes in by_system.values() for note in alike(notes)]
-
-
-def _name(run: Run) -> str:
-    return f"{run.sequence}, {run.system}, run {run.run}"
-
-
 def finite(value: Any) -> Any:
-    """Return a value with None in place of numbers that JSON does not have."""
+    """Return a value as JSON has it: None for numbers that are not finite, rows of a table."""
+    if isinstance(value, pd.DataFrame):
+        return [finite(row) for row in records(value)]
     if isinstance(value, dict):
-        return {key: finite(entry) for key, entry in value.items()}
+        return {str(key): finite(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
         return [finite(entry) for entry in value]
-    return finite_or_none(value) if isinstance(value, float) else value
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return finite_or_none(value)
+    return printable(value) if isinstance(value, str) else value

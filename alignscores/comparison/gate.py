@@ -2,28 +2,35 @@
 
 import math
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ..metrics import metric
-from .baseline import Changes
-from .summary import Pair, Summary, by_system, compared
+from .baseline import GATE_LEVEL, Changes, means_of_both
+from .comparison import Comparison
+from .summary import records
 from .tables import number
-from .verdicts import p_text
+from .verdict import p_text
 
-__all__ = ["Condition", "conditions_of", "reasons_to_fail"]
+__all__ = ["WORSE", "Condition", "conditions_of", "reasons_to_fail"]
 
 CONDITION = re.compile(
     r"(\S+?)\s*(<|>|\bdrops\b|\brises\b)\s*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)(%?)"
 )
-END = re.compile(r"(\bworse|(?:[<>]|\bdrops\b|\brises\b)[^,]*),")  # a name may have a comma, too
+END = re.compile(
+    r"(\bworse(?::[^,]*)?|(?:[<>]|\bdrops\b|\brises\b)[^,]*),"
+)  # a name may have a comma, too
 WORSE = "worse"
 SHARES = "lost", "failed"
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A metric or share that is below or above a limit, or drops or rises by more than that."""
+    """A metric or share that is below or above a limit, or drops or rises by more than that.
+
+    The limit of ``worse`` is its level of significance.
+    """
 
     name: str
     relation: str
@@ -36,21 +43,28 @@ class Condition:
 
 
 def conditions_of(text: str, by: str, metrics: Collection[str]) -> list[Condition]:
-    """Read conditions on these metrics, such as ``worse,PAS<0.8,lost>5%,PAS drops 0.05``."""
+    """Read conditions on these metrics, such as ``worse:0.01,PAS<0.8,lost>5%,PAS drops 0.05``."""
     parts = END.sub(r"\1\n", text).splitlines()
     return [_condition(part.strip(), by, metrics) for part in parts]
 
 
 def _condition(text: str, by: str, metrics: Collection[str]) -> Condition:
-    if text == WORSE:
-        return Condition(by, WORSE)
+    word, colon, level = text.partition(":")
+    if word == WORSE:
+        try:
+            limit = float(level) if colon else GATE_LEVEL
+        except ValueError:
+            limit = math.nan
+        if not 0 < limit < 1:
+            raise ValueError(f"{text!r}: the level of worse must be above 0 and below 1")
+        return Condition(by, WORSE, limit)
     matched = CONDITION.fullmatch(text)
     if not matched:
         form = "PAS<0.8, half>0.1, lost>5%, PAS drops 0.05"
         raise ValueError(f"{text!r} must be worse, or like {form}")
     name, relation, value, percent = matched.groups()
     limit = float(value) / (100 if percent else 1)
-    name = name if name in SHARES else metric(name).name
+    name = name if name in (*SHARES, *metrics) else metric(name).name
     names = [*metrics, *SHARES] if relation in "<>" else metrics
     if name not in names:
         raise ValueError(f"{text!r}: {name} must be one of {', '.join(names)}")
@@ -58,41 +72,36 @@ def _condition(text: str, by: str, metrics: Collection[str]) -> Condition:
 
 
 def reasons_to_fail(
-    conditions: Sequence[Condition], summary: Summary, changed: Changes | None
+    conditions: Sequence[Condition], found: Comparison, changed: Changes | None
 ) -> list[str]:
-    """Return a line for each system that fulfils a condition, and for each that is gone."""
-    reasons = [reason for one in conditions for reason in _reasons(one, summary, changed)]
-    if changed:
-        reasons += [f"{a} on {s}: has no run, but had one" for a, s in changed.gone]
-    return reasons
+    """Return a line for each system that fulfils a condition, and for runs that are gone."""
+    reasons = [reason for one in conditions for reason in _reasons(one, found, changed)]
+    return reasons + ([f"gone: {place}" for place in changed.gone] if changed else [])
 
 
-def _reasons(one: Condition, summary: Summary, changed: Changes | None) -> Iterator[str]:
+def _reasons(one: Condition, found: Comparison, changed: Changes | None) -> Iterator[str]:
     """Yield why systems fulfil a condition."""
-    if one.relation == WORSE and changed:
-        for change in changed.systems:
-            if change.change == WORSE:
-                text = _from_to(change.system, one.name, change.pair)
-                yield f"{text}, worse ({p_text(change.worse)})"
-    elif one.needs_baseline and changed:
-        after = by_system(summary.results)
-        for system, before in changed.saved.items():
-            pair = compared(after.get(system, {}), before, one.name)
-            rise = pair.means[0] - pair.means[1] if pair else 0.0
-            if pair and (rise if one.relation == "rises" else -rise) > one.limit:
-                text = _from_to(system, one.name, pair)
-                yield f"{text}, {one.relation} by more than {one.limit:g}"
+    if changed and one.relation == WORSE:
+        for row in records(changed.systems):
+            if row["change"] == WORSE:
+                change = _from_to(row, one.name)
+                yield f"{change}, worse ({p_text(row['p_worse'])})"
+    elif changed and one.needs_baseline:
+        for row in records(means_of_both(changed, one.name)):
+            now, saved = row["now"], row["saved"]
+            rise = now - saved if now != saved else 0.0  # both may be infinite
+            if (rise if one.relation == "rises" else -rise) > one.limit:
+                change = _from_to(row, one.name)
+                yield f"{change}, {one.relation} by more than {one.limit:g}"
     else:
-        for system in summary.systems:
-            entry = summary.entries[system, None]
-            shares = {"lost": entry.lost, "failed": entry.failed / entry.runs}
-            value = shares.get(one.name, math.nan) if one.name in SHARES else entry.mean(one.name)
+        for row in records(found.overall):
+            names = {"failed": row["failed"] / row["runs"], "lost": row["lost_all"]}
+            value = names.get(one.name, row.get(f"{one.name}_all", math.nan))
             if math.isnan(value):
-                yield f"{system}: has no {one.name}"
+                yield f"{row['system']}: has no {one.name}"
             elif value < one.limit if one.relation == "<" else value > one.limit:
-                yield f"{system}: {one.name} {number(value)} {one.relation} {one.limit:g}"
+                yield f"{row['system']}: {one.name} {number(value)} {one.relation} {one.limit:g}"
 
 
-def _from_to(system: str, name: str, pair: Pair) -> str:
-    now, saved = map(number, pair.means)
-    return f"{system}: {name} {saved} to {now}"
+def _from_to(row: Mapping[str, Any], name: str) -> str:
+    return f"{row['system']}: {name} {number(row['saved'])} to {number(row['now'])}"

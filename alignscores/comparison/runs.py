@@ -1,137 +1,201 @@
-"""One run: scored, or taken from the cache by the content of its files."""
+"""Runs, scored in parallel: a table with a row a run, and the errors of each frame.
 
+Workers import this module, so pandas is imported only where the table is built.
+"""
+
+import hashlib
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Floats, Indices
-from ..evaluation.evaluation import Evaluation
+from ..arrays import Booleans, Floats
+from ..evaluation.evaluation import LOST, Evaluation
 from ..evaluation.notes import collected_warnings, why
-from ..evaluation.reading import read_reference
+from ..evaluation.reading import files_below, read_reference
 from ..evaluation.scoring import score
-from ..evaluation.settings import Settings
+from ..evaluation.settings import Settings, options
+from ..extras import require
 from ..io import FAILURES, FileError, Trajectory
-from ..io.files import read_bytes
+from ..io.files import open_file, read_bytes
 from ..metrics import metric
-from ..validation import finite_rows
+from ..texts import printable
+from ..version import __version__
 from ..writing import write_whole
-from .cache import file_of
+from .benchmark import Run
 
-__all__ = ["COLUMNS", "Outcome", "Task", "evaluate_run", "forget_references", "reference_of"]
+if TYPE_CHECKING:
+    import pandas as pd
 
-COLUMNS = "TAS", "RAS", "PAS", "half_distance", "half_angle"  # of every comparison
+__all__ = ["SCORES", "SEPARATOR", "Errors", "Task", "forget_references", "reference_of"]
+__all__ += ["score_run", "score_runs"]
+
+SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
+SEPARATOR = " | "  # between the notes of a run
+MAX_BYTES = 10**13  # of a bag
+FEW = 16  # runs that are scored before another process would have started
+# Settings that change no score, or that stand in columns of their own.
+NO_SCORE = {"format", "est_format", "frames", "metrics", "reference_sigma"}
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """The errors of the scored frames of a run, not finite where there is no pose.
+
+    `time` is the stamp in seconds, or the row in the reference where there are no stamps (`timed`).
+    """
+
+    time: Floats
+    position: Floats
+    rotation: Floats
+    covered: Booleans
+    timed: bool
 
 
 @dataclass(frozen=True)
 class Task:
     """An estimate to be scored: its files, and how; with `check` its conventions and its clock."""
 
+    run: Run
     reference: str
-    estimate: str
     settings: Settings
     cache: Path | None = None
     check: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """What became of one estimate; arrays have an entry a camera that is scored."""
-
-    scores: Mapping[str, float]  # an infinite error where there is no value
-    n: int = 0
-    failures: int = 0  # cameras without a position or without a rotation
-    unit: float = np.nan
-    lost: float = 1.0
-    scale: float = np.nan  # of the alignment, where there is one for all
-    chance: float = np.nan  # TAS of a camera that never moves, of the reference alone
-    rows: Indices = field(default_factory=lambda: np.empty(0, np.intp))  # in the reference
-    stamps: Floats = field(default_factory=lambda: np.empty(0))  # in seconds; none of images
-    statuses: NDArray[np.uint8] = field(default_factory=lambda: np.empty(0, np.uint8))
-    # Errors in the reference's unit and in degrees; a failure's are not finite.
-    position_errors: Floats = field(default_factory=lambda: np.empty(0))
-    rotation_errors: Floats = field(default_factory=lambda: np.empty(0))
-    notes: list[str] = field(default_factory=list)
-    low_score: str = ""  # why the PAS is low
-    error: str = ""  # why there is no score, if there is none
-
-    @property
-    def all_notes(self) -> list[str]:
-        """The notes, and why the PAS is low."""
-        return [*self.notes, self.low_score] if self.low_score else self.notes
-
-    @property
-    def times(self) -> Floats:
-        """The stamps; of images their rows in the reference."""
-        return self.stamps if len(self.stamps) else self.rows.astype(float)
+Result = tuple[dict[str, Any], Errors | None]  # the row of a run; a failed one has no errors
 
 
-def evaluate_run(task: Task) -> Outcome:
+def score_runs(
+    tasks: Sequence[Task], jobs: int, progress: Progress
+) -> "tuple[pd.DataFrame, dict[Run, Errors]]":
+    """Score runs; return a table with a row a run, in their order, and the errors by run.
+
+    A failed run, and one without a file, has no scores. A run with the scores of an earlier one is
+    a copy.
+    """
+    pandas = require("pandas", "compare")
+    there = [index for index, task in enumerate(tasks) if task.run.file]
+    rows: dict[int, dict[str, Any]] = {}
+    errors: dict[Run, Errors] = {}
+    with closing(_results([tasks[index] for index in there], jobs)) as results:
+        for number, result in results:
+            row, of_frames = result
+            rows[there[number]] = row
+            if of_frames:
+                errors[tasks[there[number]].run] = of_frames
+            progress(f"scoring {len(rows)}/{len(there)}")
+    progress("")
+    metrics = list(dict.fromkeys([*SCORES, *(name for t in tasks for name in t.settings.metrics)]))
+    for index, task in enumerate(tasks):
+        row = rows.get(index, {"status": "missing"})
+        if not task.run.file:
+            row["error"] = f"{task.run.system}: has no run {task.run.run} on {task.run.sequence}"
+        empty = {"status": "", "error": "", **dict.fromkeys(metrics, math.nan), "n": 0, "lost": 1.0}
+        empty |= {"d": math.nan, "scale": math.nan, "chance": math.nan, "reference_rotations": None}
+        empty |= {"notes": "", "low_score": "", "settings": settings_text(task.settings)}
+        rows[index] = {**vars(task.run), **empty, **row}
+    table = pandas.DataFrame([rows[index] for index in range(len(tasks))])
+    table["file"] = table["file"].fillna("")
+    table["reference_rotations"] = table.groupby("sequence")["reference_rotations"].transform("max")
+    table["reference_rotations"] = table["reference_rotations"].eq(True)
+    moved = table[(table["status"] == "scored") & (table["TAS"] > 0)]
+    copies = moved.duplicated(["sequence", "system", *SCORES])
+    table.loc[copies[copies].index, "status"] = "copy"
+    return table, errors
+
+
+def _results(tasks: Sequence[Task], jobs: int) -> Generator[tuple[int, Result], None, None]:
+    """Yield number and result of each task when it is done; in this process if they are few."""
+    joblib = require("joblib", "compare")
+    if jobs == 1 or len(tasks) <= FEW:
+        yield from map(_numbered, enumerate(tasks))
+        return
+    calls = map(joblib.delayed(_numbered), enumerate(tasks))
+    try:
+        with joblib.parallel_config("loky", inner_max_num_threads=1):
+            yield from joblib.Parallel(jobs, return_as="generator_unordered")(calls)
+    except joblib.externals.loky.process_executor.BrokenProcessPool:
+        raise ChildProcessError(
+            "a process ended before its work was done, as when memory is short; set fewer jobs"
+        ) from None
+    except BlockingIOError as error:
+        reason = f"no further process can be started ({error.strerror}); set --jobs 1"
+        raise ChildProcessError(reason) from None
+
+
+def _numbered(task: tuple[int, Task]) -> tuple[int, Result]:
+    return task[0], score_run(task[1])
+
+
+def settings_text(settings: Settings) -> str:
+    """Return the settings that change scores and differ from the defaults."""
+    values = {name: getattr(settings, name) for name in options() if name not in NO_SCORE}
+    return ", ".join(
+        f"{name}={printable(str(value))}"
+        for name, value in values.items()
+        if value != getattr(Settings, name)
+    )
+
+
+def score_run(task: Task) -> Result:
     """Score an estimate, or take the result of the same files and settings from the cache."""
     if task.cache is None:
         return _scored(task)
-    settings = {**vars(task.settings), "check": task.check, "frames": None, "file": task.estimate}
-    frames = [] if task.settings.frames is None else [str(task.settings.frames)]
-    file = file_of(task.cache, settings, [task.reference, task.estimate, *frames])
-    if outcome := _stored(file):
-        return outcome
-    outcome = _scored(task)
-    if not outcome.error:
+    file = _file_in_cache(task, task.cache)
+    if stored := _stored(file):
+        return stored
+    row, errors = _scored(task)
+    if errors:
         values = {
             name: value.tolist() if isinstance(value, np.ndarray) else value
-            for name, value in vars(outcome).items()
+            for name, value in vars(errors).items()
         }
         try:
-            write_whole(file, json.dumps(values).encode())
+            write_whole(file, json.dumps({"row": row, "errors": values}).encode())
         except ValueError as error:
-            outcome.notes.append(f"is not stored in {task.cache}: {why(error)}")
-    return outcome
+            notes = [row["notes"], f"is not stored in {task.cache}: {why(error)}"]
+            row["notes"] = SEPARATOR.join(filter(None, notes))
+    return row, errors
 
 
-def _scored(task: Task) -> Outcome:
-    """Score an estimate; an outcome without scores says why it has none."""
-    settings = task.settings
+def _scored(task: Task) -> Result:
+    """Score an estimate; the row of a failed one says why."""
+    file = str(task.run.file)
     try:
-        check_file(task.estimate)
+        check_file(file)
         with collected_warnings():  # the comparison shows them, once for each sequence
-            reference = reference_of(task.reference, settings)
-        return _outcome(score(reference, task.estimate, settings, name="", check=task.check))
+            reference = reference_of(task.reference, task.settings)
+        evaluation = score(reference, file, task.settings, name="", check=task.check)
     except FAILURES as error:
-        message, file = why(error), task.estimate
-        return Outcome({}, error=message if message.startswith(file) else f"{file}: {message}")
-
-
-def check_file(path: str) -> None:
-    """Raise an error for a pipe or a device, which nobody may write to or which never ends."""
-    if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
-        raise FileError(path, "is a pipe or a device, not a file")
-
-
-def reference_of(path: str, settings: Settings) -> Trajectory:
-    """Read a reference; each is read once for the runs that follow each other."""
-    names = "format", "ref_topic", "columns", "ref_columns", "rate"
-    return _reference(path, Settings(**{name: getattr(settings, name) for name in names}))
-
-
-@lru_cache(maxsize=2)
-def _reference(path: str, settings: Settings) -> Trajectory:
-    check_file(path)
-    return read_reference(path, settings)
-
-
-forget_references = _reference.cache_clear
-
-
-def _outcome(evaluation: Evaluation) -> Outcome:
-    """Return what the comparison needs of an evaluation."""
+        message = printable(why(error))
+        message = (
+            message if message.startswith(printable(file)) else f"{printable(file)}: {message}"
+        )
+        return {"status": "failed", "error": message}, None
     matches, result = evaluation.matches, evaluation.result
-    failed = ~(np.isfinite(result.tas.errors) & finite_rows(matches.est_poses))
-    names = [*COLUMNS, *evaluation.settings.metrics]
+    timed = matches.keys.dtype.kind == "f"
+    errors = Errors(
+        time=matches.keys if timed else matches.gt_rows.astype(float),
+        position=result.tas.errors,
+        rotation=result.ras.errors,
+        covered=evaluation.statuses != LOST,
+        timed=timed,
+    )
+    return _row(evaluation) | {"reference_rotations": reference.has_rotations}, errors
+
+
+def _row(evaluation: Evaluation) -> dict[str, Any]:
+    """Return what the table has of an evaluation."""
+    names = list(dict.fromkeys([*SCORES, *evaluation.settings.metrics]))
     scores = {name: _score(evaluation, name) for name in names}
     notes = [str(note) for note in evaluation.notes if note.kind != "low"]
     unvalued = [name for name in evaluation.settings.metrics if evaluation.value(name) is None]
@@ -142,22 +206,17 @@ def _outcome(evaluation: Evaluation) -> Outcome:
     ]
     if few := [name for name in valued if math.isnan(scores[name])]:
         notes.append(f"too few cameras for {', '.join(few)}: left out of its means")
-    return Outcome(
-        scores=scores,
-        n=len(matches.keys),
-        failures=int(failed.sum()),
-        unit=result.tas.unit,
-        lost=evaluation.lost,
-        chance=evaluation.chance,
-        scale=np.nan if evaluation.scale is None else evaluation.scale,
-        rows=matches.gt_rows,
-        stamps=matches.keys if matches.keys.dtype.kind == "f" else np.empty(0),
-        statuses=evaluation.statuses,
-        position_errors=result.tas.errors,
-        rotation_errors=result.ras.errors,
-        notes=notes,
-        low_score=next((note.text for note in evaluation.notes if note.kind == "low"), ""),
-    )
+    return {
+        "status": "scored",
+        **scores,
+        "n": len(evaluation.matches.keys),
+        "lost": evaluation.lost,
+        "d": evaluation.result.tas.unit,
+        "scale": math.nan if evaluation.scale is None else evaluation.scale,
+        "chance": evaluation.chance,
+        "notes": SEPARATOR.join(notes),
+        "low_score": next((note.text for note in evaluation.notes if note.kind == "low"), ""),
+    }
 
 
 def _score(evaluation: Evaluation, name: str) -> float:
@@ -171,18 +230,64 @@ def _score(evaluation: Evaluation, name: str) -> float:
     return evaluation.half_distance if name == "half_distance" else entry.worst
 
 
-def _stored(file: Path) -> Outcome | None:
-    """Return the outcome in a file of the cache, None where there is none."""
+def check_file(path: str) -> None:
+    """Raise an error for a pipe or a device, which nobody may write to or which never ends."""
+    if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
+        raise FileError(path, "is a pipe or a device, not a file")
+
+
+def reference_of(path: str, settings: Settings) -> Trajectory:
+    """Read a reference; each is read once for the runs that follow each other."""
+    names = "format", "ref_topic", "columns", "ref_columns", "ref_invert", "rate"
+    return _reference(path, Settings(**{name: getattr(settings, name) for name in names}))
+
+
+@lru_cache(maxsize=2)
+def _reference(path: str, settings: Settings) -> Trajectory:
+    check_file(path)
+    return read_reference(path, settings)
+
+
+forget_references = _reference.cache_clear
+
+
+def _file_in_cache(task: Task, folder: Path) -> Path:
+    """Return the file of a result: the hash of settings, version and content names it."""
+    settings = {**vars(task.settings), "check": task.check, "frames": None, "file": task.run.file}
+    frames = [] if task.settings.frames is None else [str(task.settings.frames)]
+    paths = [task.reference, str(task.run.file), *frames]
+    described = __version__, sorted(settings.items()), list(map(_content_hash, paths))
+    return folder / f"{hashlib.sha256(json.dumps(described).encode()).hexdigest()}.json"
+
+
+def _content_hash(path: str) -> str:
+    """Return the hash of a file, or of the files in a folder."""
+    digest = hashlib.sha256()
+    for file in files_below(path):
+        name = file.suffix if file == Path(path) else file.relative_to(path).as_posix()
+        digest.update(f"{name}\0".encode())
+        try:
+            with open_file(file, MAX_BYTES) as opened:
+                digest.update(hashlib.file_digest(opened, "sha256").digest())
+        except (FileError, OSError):  # whoever reads it says why
+            pass
+    return digest.hexdigest()
+
+
+def _stored(file: Path) -> Result | None:
+    """Return the result in a file of the cache, None where there is none."""
     try:
         stored = json.loads(read_bytes(file))
-        for name, value in vars(Outcome({})).items():
-            if isinstance(value, np.ndarray):
-                stored[name] = np.array(stored[name], value.dtype)
-            elif isinstance(value, float):
-                stored[name] = float(stored[name])
-            elif not isinstance(stored[name], type(value)):
-                return None
-        stored["scores"] = {name: float(score) for name, score in stored["scores"].items()}
-        return Outcome(**stored)
-    except (AttributeError, KeyError, OSError, TypeError, ValueError):
+        row, errors = dict(stored["row"]), dict(stored["errors"])
+        numbers = [row[name] for name in (*SCORES, "n", "lost", "d", "scale", "chance")]
+        texts = [row[name] for name in ("status", "notes", "low_score")]
+        if not all(isinstance(one, (int, float)) for one in numbers):
+            return None
+        if not all(isinstance(one, str) for one in texts):
+            return None
+        names = "time", "position", "rotation"
+        arrays = {name: np.array(errors[name], dtype=float) for name in names}
+        covered = np.array(errors["covered"], dtype=bool)
+        return row, Errors(**arrays, covered=covered, timed=bool(errors["timed"]))
+    except (KeyError, OSError, RecursionError, TypeError, ValueError):
         return None

@@ -1,390 +1,403 @@
-"""What the runs say about the systems: means, how often one beats another, ranks."""
+"""Tables computed from the runs by pandas: complete values, means, pairs of systems, ranks."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations, product
-from typing import Any
+from collections.abc import Hashable, Mapping, Sequence
+from functools import cache
+from itertools import combinations
+from typing import Any, Literal
 
 import numpy as np
+import pandas as pd
 
-from ..arrays import Floats
-from ..io import Format
-from ..metrics import header, metric
+from ..metrics import metric
+from ..texts import brief, first_few, printable
 from . import statistics
-from .benchmark import Run
-from .runs import COLUMNS, Outcome
-from .statistics import LEVEL, MIN_SEQUENCES, Interval, Test
+from .statistics import LEVEL, MIN_RUNS, MIN_SEQUENCES, Test
 
-__all__ = ["WITHIN", "Entry", "Pair", "Result", "Summary", "by_system", "compared", "summarise"]
+__all__ = [
+    "DEPENDENT",
+    "PAIRED",
+    "SINGLE",
+    "WITHIN",
+    "Better",
+    "Design",
+    "checked",
+    "common_sequences",
+    "completed",
+]
+__all__ += ["compared", "larger_is_better", "measured", "pairs_of", "records", "summarise"]
+__all__ += ["values_of"]
 
-WITHIN = "ranks within sequences"
+Better = Literal["larger", "smaller"]
+Design = Literal["independent", "dependent", "paired"]  # what runs of the same name have in common
 
-Rank = tuple[int, int]  # the first and the last place that a system may have
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """A run and what became of it; a failed one has the worst values that there are."""
-
-    run: Run
-    outcome: Outcome
-
-    @property
-    def failed(self) -> bool:
-        """Whether the run is missing, or could not be scored."""
-        return bool(self.outcome.error)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the entry of the JSON output, in which numbers may be infinite."""
-        outcome, scores = self.outcome, self.outcome.scores
-        return {
-            **vars(self.run),
-            "status": ("failed" if self.run.file else "missing") if self.failed else "scored",
-            "error": outcome.error or None,
-            **{name: scores[name] for name in COLUMNS},
-            "metrics": {name: scores[name] for name in scores if name not in COLUMNS},
-            "n": outcome.n,
-            "failures": outcome.failures,
-            "lost": outcome.lost,
-            "unit": outcome.unit,
-            "chance": outcome.chance,
-            "scale": outcome.scale,
-            "notes": outcome.all_notes,
-        }
+KEYS = ["sequence", "system", "run"]
+WITHIN = "permutation within sequences"
+DEPENDENT = "permutation of runs"
+PAIRED = "signed ranks of paired runs"
+SINGLE = "signed ranks of sequences"
+STATUSES = ["scored", "failed", "missing", "copy"]
+MOST = 50  # runs, or sequences, that are said to be needed
 
 
-Results = Mapping[str, Sequence[Result]]  # the runs of a system, by sequence
+def checked(runs: pd.DataFrame, by: str) -> pd.DataFrame:
+    """Return a table of runs with all columns that the comparison takes.
+
+    It needs the columns ``system`` and `by`. Without ``sequence`` there is one sequence, without
+    ``run`` they are numbered, and without ``status`` a run without a value has failed.
+    """
+    runs = runs.reset_index(drop=True).copy()
+    for name in ("system", by):
+        if name not in runs:
+            raise ValueError(f"the table of runs has no column {brief(name)}")
+    if runs.empty:
+        raise ValueError("the table of runs has no row")
+    if "sequence" not in runs:
+        runs["sequence"] = "sequence"
+    if "run" not in runs:
+        runs["run"] = runs.groupby(["sequence", "system"]).cumcount() + 1
+    for name in KEYS:
+        if runs[name].isna().any():
+            row = int(np.flatnonzero(runs[name].isna())[0])
+            raise ValueError(f"row {row} of the table of runs has no {name}")
+        runs[name] = [printable(str(value)) for value in runs[name]]
+    twice = runs[runs.duplicated(KEYS)]
+    if len(twice):
+        key = first_few(["/".join(row) for row in twice[KEYS].to_numpy()])
+        raise ValueError(f"rows of the table of runs are for the same run: {key}")
+    return _with_values(runs, by)
 
 
-@dataclass(frozen=True, eq=False)
-class Entry:
-    """A system on a sequence, or over all (None): means over runs, and then over sequences."""
+def _with_values(runs: pd.DataFrame, by: str) -> pd.DataFrame:
+    """Return a table of runs with numbers for metrics, and texts where it has no column."""
+    for name in (*measured(runs, by), "lost", "d"):
+        try:
+            runs[name] = pd.to_numeric(runs[name]).astype(float) if name in runs else math.nan
+        except (TypeError, ValueError):
+            raise ValueError(f"column {brief(name)} of the table of runs is not numeric") from None
+    if "status" not in runs:
+        runs["status"] = np.where(runs[by].isna(), "failed", "scored")
+    if not runs["status"].isin(STATUSES).all():
+        raise ValueError(f"status in the table of runs must be one of {', '.join(STATUSES)}")
+    for name in ("file", "error", "notes", "low_score", "settings"):
+        texts = runs[name] if name in runs else [""] * len(runs)
+        runs[name] = ["" if pd.isna(text) else printable(str(text)) for text in texts]
+    if "reference_rotations" not in runs:
+        runs["reference_rotations"] = False
+    return runs
 
-    system: str
-    sequence: str | None
-    results: Results
-    ranks: Mapping[str, Rank | None]
 
-    @property
-    def runs(self) -> int:
-        """How many runs there should be."""
-        return sum(map(len, self.results.values()))
+def records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows of a table."""
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
-    @property
-    def failed(self) -> int:
-        """How many of them failed or are missing."""
-        return sum(result.failed for own in self.results.values() for result in own)
 
-    @property
-    def failing(self) -> tuple[float, float]:
-        """The interval of the probability that a run fails."""
-        return statistics.failure_interval(self.failed, self.runs)
+def measured(runs: pd.DataFrame, by: str) -> list[str]:
+    """Return the columns that are metrics: those that this package knows, and `by`."""
+    return [str(name) for name in runs if name == by or _is_known(name)]
 
-    @property
-    def lost(self) -> float:
-        """Share of the expected time, or cameras, without a pose."""
-        return _mean(self._means(lambda result: result.outcome.lost))
 
-    def mean(self, name: str) -> float:
-        """Return the mean of a metric: a failed run has a score of 0, and an infinite error."""
-        return _mean(self._means(lambda result: result.outcome.scores[name]))
+@cache
+def _is_known(name: Hashable) -> bool:
+    try:
+        return metric(str(name)).name == name
+    except ValueError:
+        return False
 
-    def mean_of_scored(self, name: str) -> float:
-        """Return the mean of a metric over the runs that did not fail."""
-        return _mean(self._means(lambda r: math.nan if r.failed else r.outcome.scores[name]))
 
-    def deviation(self, name: str) -> float:
-        """Return the standard deviation of the runs, or over all of the means on sequences."""
-        values = self._means(lambda result: result.outcome.scores[name])
-        if self.sequence is not None:
-            values = [result.outcome.scores[name] for result in self.results[self.sequence]]
-        is_defined = len(values) > 1 and bool(np.isfinite(values).all())
-        return float(np.std(values, ddof=1)) if is_defined else math.nan
+def larger_is_better(name: str, better: Better | None = None) -> bool:
+    """Return whether larger values of a metric are better; of unknown ones `better` says it."""
+    if better not in (None, "larger", "smaller"):
+        raise ValueError(f"better must be larger or smaller, not {brief(better)}")
+    if _is_known(name):
+        if better and (better == "larger") != metric(name).larger_is_better:
+            raise ValueError(f"better: {name} is not better where it is {better}")
+        return metric(name).larger_is_better
+    if better is None:
+        raise ValueError(f"{name} is no known metric: better says whether larger or smaller is")
+    return better == "larger"
 
-    def _means(self, value: Callable[[Result], float]) -> list[float]:
-        return [_mean(map(value, own)) for own in self.results.values()]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return a row of the JSON output, CSV and table of pandas."""
-        results = [result for own in self.results.values() for result in own]
-        low, high = self.failing
-        units = (result.outcome.unit for result in results if np.isfinite(result.outcome.unit))
-        entry = {
-            "system": self.system,
-            "sequence": self.sequence,
-            "sequences": len(self.results),
-            "runs": self.runs,
-            "failed_runs": self.failed,
+def completed(runs: pd.DataFrame, by: str, better: Better | None = None) -> pd.DataFrame:
+    """Return the runs without copies; a value that a run lacks is the worst one.
+
+    So a system gains nothing by leaving out what is bad. Values stay unknown of a system that never
+    has any, and on a sequence where no run can have any: where no scored one does, unless it only
+    takes rotations, which the reference has.
+    """
+    runs = runs[runs["status"] != "copy"].copy()
+    scored = runs["status"] == "scored"
+    system, sequence = runs["system"], runs["sequence"]
+    none_scored = ~scored.groupby(system).transform("any")
+    for name in measured(runs, by):
+        known, larger = _is_known(name), larger_is_better(name, better if name == by else None)
+        has = scored & runs[name].notna()
+        can = has.groupby(sequence).transform("any") | ~scored.groupby(sequence).transform("any")
+        if known and "rotations" in metric(name).needs:
+            can |= runs["reference_rotations"].astype(bool)
+        lacks = (has.groupby(system).transform("any") | none_scored) & can & ~has
+        runs.loc[lacks, name] = metric(name).worst if known else -math.inf if larger else math.inf
+        runs.loc[~has & ~lacks, name] = math.nan
+    return runs
+
+
+def common_sequences(runs: pd.DataFrame) -> list[str]:
+    """Return the sequences on which all systems were run."""
+    n_systems = runs.groupby("sequence", sort=False)["system"].nunique()
+    return [str(name) for name in n_systems.index[n_systems == runs["system"].nunique()]]
+
+
+def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each system and sequence, and one over all (sequence None).
+
+    Means are over runs, and over all also over the sequences that every system was run on; the
+    columns ``..._all`` are over all sequences of the system, ``..._scored`` over the runs that did
+    not fail, ``..._sd`` the standard deviation of the runs on a sequence (over all: the root mean
+    square of these). Systems come in the order of their ranks, then of their means.
+    """
+    names = measured(runs, by)
+    metrics = list(dict.fromkeys([*names, "lost"]))
+    common = common_sequences(runs)
+    of_scored = runs.where(runs["status"] == "scored").assign(**runs[KEYS])
+    by_both = ["system", "sequence"]
+    means = runs.groupby(by_both, sort=False)[metrics].mean()
+    scored = of_scored.groupby(by_both, sort=False)[metrics].mean()
+    finite = runs[metrics].where(np.isfinite(runs[metrics]))
+    spread = finite.assign(**runs[KEYS]).groupby(by_both, sort=False)[metrics].std()
+    spread = spread.where(np.isfinite(means))
+    ranks = {name: _ranks(_of(pairs, name)) for name in [None, *runs["sequence"].unique()]}
+    rows = []
+    for (system, sequence), own in [
+        *(((system, None), own) for system, own in runs.groupby("system", sort=False)),
+        *runs.groupby(by_both, sort=False),
+    ]:
+        own_means, own_scored, own_spread = (t.loc[system] for t in (means, scored, spread))
+        everywhere = [name for name in own_means.index if name in common]
+        places = everywhere if sequence is None else [sequence]
+        failed = int((own["status"] != "scored").sum())
+        low, high = statistics.failure_interval(failed, len(own))
+        units = own["d"].dropna()
+        row = {
+            "system": system,
+            "sequence": sequence,
+            "sequences": len(own_means) if sequence is None else 1,
+            "runs": len(own),
+            "failed": failed,
             "failing_low": low,
             "failing_high": high,
-            "n": sum(result.outcome.n for result in results),
-            "failures": sum(result.outcome.failures for result in results),
-            "lost": self.lost,
-            "unit": next(units, None) if self.sequence is not None else None,
+            "d": units.iloc[0] if sequence is not None and len(units) else math.nan,
+            "lost": own_means.loc[places, "lost"].mean(),
+            "lost_all": own_means["lost"].mean() if sequence is None else math.nan,
         }
-        for name, rank in self.ranks.items():
-            entry[name] = self.mean(name)
-            entry[f"{name}_sd"] = self.deviation(name)
-            entry[f"{name}_scored"] = self.mean_of_scored(name)
-            entry[f"{name}_rank_best"], entry[f"{name}_rank_worst"] = rank or (None, None)
-        return entry
-
-
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """How often runs of a system beat another system's by a metric, and how that was tested.
-
-    It is for a sequence, or over all (None); the p-values are Holm's.
-    """
-
-    metric: str
-    runs: Sequence[tuple[Floats, Floats]]  # on each sequence that both were tried on
-    means: tuple[float, float]  # on these
-    wins: float  # of a
-    difference: Interval
-    method: str
-    test: Test
-    like_these: Test | None  # for sequences like these, if there are enough of these
-    p: float = math.nan  # not tested
-    p_like_these: float = math.nan
-    a: str = ""
-    b: str = ""
-    sequence: str | None = None
-
-    @property
-    def tested(self) -> bool:
-        """Whether so many runs can give a significant difference."""
-        return self.test.possible
-
-    @property
-    def better(self) -> str | None:
-        """The system that is significantly ahead."""
-        return self._ahead(self.p, self.test)
-
-    @property
-    def better_like_these(self) -> str | None:
-        """The system that is significantly ahead on sequences like these."""
-        return self._ahead(self.p_like_these, self.like_these)
-
-    def _ahead(self, p: float, test: Test | None) -> str | None:
-        if test is None or not p <= LEVEL:
-            return None
-        return self.a if test.better < test.worse else self.b
-
-    def interval(self) -> dict[str, float]:
-        """Return the difference of the means with its interval, as the JSON output has them."""
-        difference = self.difference
-        return {"difference": difference.value, "low": difference.low, "high": difference.high}
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the entry of the JSON output, in which numbers may be unknown (NaN)."""
-        return {
-            "a": self.a,
-            "b": self.b,
-            "sequence": self.sequence,
-            "metric": self.metric,
-            "sequences": len(self.runs),
-            "wins": self.wins,
-            **self.interval(),
-            "method": self.method if self.tested else None,
-            "p_alone": _p(self.test if self.tested else None),
-            "p": self.p,
-            "better": self.better,
-            "p_like_these": self.p_like_these,
-            "better_like_these": self.better_like_these,
-        }
-
-
-@dataclass(frozen=True, eq=False)
-class Summary:
-    """All that is shown of a comparison."""
-
-    headers: dict[str, str]  # what was measured, and how it heads a column
-    sequences: list[str]
-    systems: list[str]  # from the best to the worst by their overall PAS
-    results: list[Result]
-    entries: dict[tuple[str, str | None], Entry]  # where the system was tried
-    pairs: list[Pair]
-    length: str  # unit of positions, where it is known
-
-    def of(self, system: str, sequence: str) -> Sequence[Result]:
-        """Return the runs of a system on a sequence."""
-        return self.entries[system, None].results.get(sequence, [])
-
-    def unit(self, sequence: str) -> float:
-        """Return d of a sequence, the same for all runs."""
-        units = [r.outcome.unit for r in self.results if r.run.sequence == sequence]
-        return next(filter(math.isfinite, units), math.nan)
-
-    def ranked(self, by: str) -> list[str]:
-        """Return the systems by their ranks, then by their means over all.
-
-        Those without a rank come last: a mean over fewer or easier sequences leads nowhere.
-        """
-
-        def place(system: str) -> list[float]:
-            entry = self.entries[system, None]
-            means = (
-                -metric(by).sign * value for value in (entry.mean(by), entry.mean_of_scored(by))
-            )
-            last = math.inf, math.inf
-            return [
-                *(entry.ranks[by] or last),
-                *(math.inf if math.isnan(value) else value for value in means),
-            ]
-
-        return sorted(self.systems, key=place)
-
-    def pairs_by(self, name: str, sequence: str | None = None) -> list[Pair]:
-        """Return the pairs of systems by a metric, on a sequence or over all."""
-        return [pair for pair in self.pairs if (pair.metric, pair.sequence) == (name, sequence)]
-
-
-def summarise(
-    runs: Sequence[tuple[Run, Outcome]],
-    metrics: Sequence[str],
-    form: Format,
-    paired: bool = False,
-) -> Summary:
-    """Summarise scored, failed and missing runs; a system without any was not tried there."""
-    measured = [*COLUMNS, *metrics]
-    sequences = list(dict.fromkeys(run.sequence for run, _ in runs))
-    results = [result for sequence in sequences for result in _results(runs, sequence, measured)]
-    systems = by_system(results)
-    pairs: list[Pair] = []
-    entries: dict[tuple[str, str | None], Entry] = {}
-    for sequence in [*sequences, None]:
-        there = {
-            system: own if sequence is None else {sequence: own[sequence]}
-            for system, own in systems.items()
-            if sequence is None or sequence in own
-        }
-        own = {name: _pairs(there, sequence, name, paired) for name in measured}
-        ranks = {name: _ranks(of_name) for name, of_name in own.items()}
-        for system, tried in there.items():
-            of_system = {name: ranks[name].get(system) for name in measured}
-            entries[system, sequence] = Entry(system, sequence, tried, of_system)
-        pairs += [pair for of_name in own.values() for pair in of_name]
-    overall = {system: entries[system, None] for system in systems}
-    by = "PAS" if any(not np.isnan(entry.mean("PAS")) for entry in overall.values()) else "TAS"
-    order = sorted(systems, key=lambda system: (-np.nan_to_num(overall[system].mean(by)), system))
-    length = form.unit if form.unit == "m" else ""
-    headers = {name: header(name, length) for name in measured}
-    return Summary(headers, sequences, order, results, entries, pairs, length)
-
-
-def by_system(results: Iterable[Result]) -> dict[str, dict[str, list[Result]]]:
-    """Return runs by system and sequence."""
-    systems: dict[str, dict[str, list[Result]]] = {}
-    for result in results:
-        systems.setdefault(result.run.system, {}).setdefault(result.run.sequence, []).append(result)
-    return systems
-
-
-def _results(
-    runs: Sequence[tuple[Run, Outcome]], sequence: str, names: Sequence[str]
-) -> list[Result]:
-    """Return the runs on a sequence; what no scored one is given, a failed one does not lack."""
-    own = [(run, outcome) for run, outcome in runs if run.sequence == sequence]
-    scored = [outcome for _, outcome in own if not outcome.error]
-    n = max((outcome.n for outcome in scored), default=0)
-    worst = {name: metric(name).worst for name in names}
-    if scored:
-        missing = (name for name in names if all(math.isnan(o.scores[name]) for o in scored))
-        worst |= dict.fromkeys(missing, math.nan)
-    return [
-        Result(run, replace(of, scores=worst, n=n, failures=n) if of.error else of)
-        for run, of in own
-    ]
-
-
-def _mean(values: Iterable[float]) -> float:
-    """Return the mean; distances that are not given, of too few cameras, are left out."""
-    defined = [value for value in values if not math.isnan(value)]
-    return float(np.mean(defined)) if defined else math.nan
-
-
-def _p(test: Test | None) -> float:
-    return test.p if test else math.nan
-
-
-def _pairs(
-    systems: Mapping[str, Results], sequence: str | None, name: str, paired: bool
-) -> list[Pair]:
-    """Return all pairs of systems that share sequences, with Holm's p-values."""
-    both = [
-        (a, b, compared(systems[a], systems[b], name, paired)) for a, b in combinations(systems, 2)
-    ]
-    pairs = [replace(pair, a=a, b=b, sequence=sequence) for a, b, pair in both if pair]
-    p = statistics.holm([_p(pair.test if pair.tested else None) for pair in pairs])
-    p_like_these = statistics.holm([_p(pair.like_these) for pair in pairs])
-    return [
-        replace(pair, p=float(own), p_like_these=float(new))
-        for pair, own, new in zip(pairs, p, p_like_these, strict=True)
-    ]
-
-
-def compared(first: Results, second: Results, name: str, paired: bool = False) -> Pair | None:
-    """Compare two systems by a metric on the sequences that both were tried on.
-
-    Sequences with several runs of each are the better evidence: where there are any, others are
-    left out. None means no shared sequence.
-    """
-    shared = [(first[sequence], second[sequence]) for sequence in first if sequence in second]
-    if paired:
-        shared = [_same_runs(a, b) for a, b in shared]
-    shared = [pair for pair in shared if all(len(_values(own, name)) for own in pair)]
-    several = [pair for pair in shared if min(len(_values(own, name)) for own in pair) > 1]
-    if not shared:
-        return None
-    if paired:
-        method, test = "paired runs", statistics.paired_test
-    elif several:
-        method, test, shared = WITHIN, statistics.rank_test, several
-    else:
-        method, test = "signed ranks of sequences", statistics.sequence_test
-    values = [(_values(a, name), _values(b, name)) for a, b in shared]
-    runs = [(_in_order(a, name), _in_order(b, name)) for a, b in shared]
-    return Pair(
-        metric=name,
-        runs=runs,
-        means=(_mean(a.mean() for a, _ in values), _mean(b.mean() for _, b in values)),
-        wins=statistics.wins(runs, paired),
-        difference=statistics.welch(values, paired),
-        method=method,
-        test=test(runs),
-        like_these=statistics.sequence_test(runs) if len(runs) >= MIN_SEQUENCES else None,
+        best, worst = ranks[sequence].get(system, (math.nan, math.nan))
+        row |= {"rank_best": best, "rank_worst": worst}
+        for name in names:
+            row[name] = own_means.loc[places, name].mean()
+            row[f"{name}_sd"] = np.sqrt((own_spread.loc[places, name] ** 2).mean(skipna=False))
+            row[f"{name}_scored"] = own_scored.loc[places, name].mean()
+            row[f"{name}_all"] = own_means[name].mean() if sequence is None else row[name]
+        rows.append(row)
+    table = pd.DataFrame(rows)
+    overall = table[table["sequence"].isna()].copy()
+    columns = [by, f"{by}_scored", f"{by}_all"]
+    overall[columns] *= -1 if larger else 1
+    overall = overall.sort_values(["rank_best", "rank_worst", *columns, "system"], kind="stable")
+    position = {system: place for place, system in enumerate(overall["system"])}
+    return table.iloc[np.argsort(table["system"].map(position), kind="stable")].reset_index(
+        drop=True
     )
 
 
-def _same_runs(a: Sequence[Result], b: Sequence[Result]) -> tuple[list[Result], list[Result]]:
-    """Return the runs of either that the other has by the same name, in one order."""
-    both = [pair for pair in product(a, b) if pair[0].run.run == pair[1].run.run]
-    return [first for first, _ in both], [second for _, second in both]
+def _of(pairs: pd.DataFrame, sequence: str | None) -> pd.DataFrame:
+    """Return the pairs on a sequence, or over all."""
+    return pairs[pairs["sequence"].isna() if sequence is None else pairs["sequence"] == sequence]
 
 
-def _values(own: Sequence[Result], name: str) -> Floats:
-    values = [result.outcome.scores[name] for result in own]
-    return np.array([value for value in values if not math.isnan(value)])
-
-
-def _in_order(own: Sequence[Result], name: str) -> Floats:
-    """Return values, larger ones better; a failed run loses to every other."""
-    scored = [result for result in own if not math.isnan(result.outcome.scores[name])]
-    return np.array(
-        [-math.inf if r.failed else metric(name).sign * r.outcome.scores[name] for r in scored]
-    )
-
-
-def _ranks(pairs: Sequence[Pair]) -> dict[str, Rank]:
+def _ranks(pairs: pd.DataFrame) -> dict[str, tuple[int, int]]:
     """Return one more than the number of systems ahead, and the number of those not behind.
 
     Systems that are in no test have no rank, and do not count.
     """
-    tested = {system for pair in pairs if pair.tested for system in (pair.a, pair.b)}
-    winners = [pair.better for pair in pairs if pair.better]
-    losers = [pair.b if pair.better == pair.a else pair.a for pair in pairs if pair.better]
+    tested = pairs[pairs["p"].notna()]
+    systems = pd.unique(tested[["a", "b"]].to_numpy().ravel())
+    ahead = tested["better"].value_counts()
+    behind = tested["a"].where(tested["better"] == tested["b"], tested["b"])
+    behind = behind[tested["better"].notna()].value_counts()
     return {
-        system: (1 + losers.count(system), len(tested) - winners.count(system)) for system in tested
+        str(system): (1 + int(behind.get(system, 0)), len(systems) - int(ahead.get(system, 0)))
+        for system in systems
     }
+
+
+def pairs_of(
+    runs: pd.DataFrame,
+    by: str,
+    larger: bool,
+    design: Design = "independent",
+    sequences: Sequence[str | None] = (None,),
+) -> pd.DataFrame:
+    """Compare all pairs of systems by a metric on some sequences, or over all (None).
+
+    Returns
+    -------
+    DataFrame
+        A row a pair, for each of the sequences:
+
+        - `a, b, sequence, metric`
+        - `sequences`: how many both were run on
+        - `wins`: P(A beats B)
+        - `difference, low, high`: of the means, with its interval of 95 %
+        - `method`: of the test
+        - `p_raw, p`: two-sided p-value, and adjusted for the false discovery rate over all pairs
+          with this `sequence`; too few runs have no `p`
+        - `better`: the system that is significantly ahead
+        - `needed`: how many runs or sequences are needed where no result could be significant
+        - `p_like_these, better_like_these`: for sequences like these, from six sequences on
+    """
+    values = values_of(runs, by, larger)
+    tables = []
+    for sequence in sequences:
+        there = {
+            system: own if sequence is None else {sequence: own[sequence]}
+            for system, own in values.items()
+            if sequence is None or sequence in own
+        }
+        rows = [
+            {"a": a, "b": b, "sequence": sequence, "metric": by} | row
+            for a, b in combinations(there, 2)
+            if (row := compared(there[a], there[b], design))
+        ]
+        tables.append(_adjusted(rows))
+    return pd.concat(tables, ignore_index=True)
+
+
+Values = Mapping[str, Mapping[str, pd.DataFrame]]  # by system and sequence
+
+
+def values_of(runs: pd.DataFrame, by: str, larger: bool) -> Values:
+    """Return the values of each system and sequence by run, and in `order`, larger ones better."""
+    runs = runs[runs[by].notna()]
+    order = (runs[by] if larger else -runs[by]).where(runs["status"] == "scored", -np.inf)
+    table = pd.DataFrame({"value": runs[by], "order": order, **runs[KEYS]}).set_index("run")
+    return {
+        str(system): {str(name): own for name, own in of_system.groupby("sequence", sort=False)}
+        for system, of_system in table.groupby("system", sort=False)
+    }
+
+
+def compared(
+    a: Mapping[str, pd.DataFrame], b: Mapping[str, pd.DataFrame], design: Design
+) -> dict[str, Any]:
+    """Compare two systems on the sequences that both were run on; without any, return no row.
+
+    Sequences with several runs of each are the better evidence: where there are any, others are
+    left out.
+    """
+    shared = [(a[name], b[name]) for name in a if name in b]
+    if design == "paired":
+        both = [first.index.intersection(second.index) for first, second in shared]
+        shared = [(x.loc[n], y.loc[n]) for (x, y), n in zip(shared, both, strict=True) if len(n)]
+    elif several := [pair for pair in shared if min(map(len, pair)) > 1]:
+        shared = several
+    if not shared:
+        return {}
+    runs, values = (
+        [(x[name].to_numpy(float), y[name].to_numpy(float)) for x, y in shared]
+        for name in ("order", "value")
+    )
+    tested = runs
+    if design == "paired":
+        method, test = PAIRED, statistics.paired_test(runs)
+    elif min(min(map(len, pair)) for pair in runs) < 2:
+        method, test = SINGLE, statistics.sequence_test(runs)
+    elif design == "dependent":
+        method, tested = DEPENDENT, _of_recurring(shared)
+        test = statistics.permutation_test(tested, dependent=True) if tested else UNTESTED
+    else:
+        method, test = WITHIN, statistics.permutation_test(runs)
+    gain = statistics.difference(values, design == "paired")
+    like_these = statistics.sequence_test(runs) if len(runs) >= MIN_SEQUENCES else UNTESTED
+    return {
+        "sequences": len(runs),
+        "wins": statistics.wins(runs, design == "paired"),
+        "mean_a": float(np.mean([x.mean() for x, _ in values])),
+        "mean_b": float(np.mean([y.mean() for _, y in values])),
+        "difference": gain.value,
+        "low": gain.low,
+        "high": gain.high,
+        "method": method,
+        "runs_a": min(len(x) for x, _ in tested) if tested else 0,
+        "runs_b": min(len(y) for _, y in tested) if tested else 0,
+        "test": test,
+        "like_these": like_these,
+    }
+
+
+UNTESTED = Test(math.nan, math.nan, math.nan, possible=False)
+
+
+def _of_recurring(
+    shared: Sequence[tuple[pd.DataFrame, pd.DataFrame]],
+) -> list[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]]:
+    """Return the runs of each system that are there on all sequences, in one order."""
+    names = [
+        sorted(set.intersection(*(set(own.index) for own in of)))
+        for of in zip(*shared, strict=True)
+    ]
+    if min(map(len, names)) < 2:
+        return []
+    return [
+        (x["order"].loc[names[0]].to_numpy(float), y["order"].loc[names[1]].to_numpy(float))
+        for x, y in shared
+    ]
+
+
+def _adjusted(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return the pairs of a table with adjusted p-values, and who is ahead by them."""
+    columns = ["a", "b", "sequence", "metric", "sequences", "wins", "mean_a", "mean_b"]
+    columns += ["difference", "low", "high", "method", "runs_a", "runs_b", "test", "like_these"]
+    pairs = pd.DataFrame(rows, columns=columns)
+    for test, p, better in (
+        ("test", "p", "better"),
+        ("like_these", "p_like_these", "better_like_these"),
+    ):
+        raw = np.array([one.p for one in pairs[test]], dtype=float)
+        made = np.array([one.possible for one in pairs[test]], dtype=bool)
+        pairs[f"{p}_raw" if test == "test" else "raw_like_these"] = raw
+        pairs[p] = statistics.false_discovery(np.where(made, raw, np.nan))
+        ahead = [
+            None if not value <= LEVEL else a if one.better < one.worse else b
+            for value, one, a, b in zip(pairs[p], pairs[test], pairs["a"], pairs["b"], strict=True)
+        ]
+        pairs[better] = pd.Series(ahead, pairs.index, dtype=object)
+    pairs["needed"] = [_needed(pairs, row) for row in range(len(pairs))]
+    return pairs.drop(columns=["test", "like_these", "raw_like_these"])
+
+
+def _needed(pairs: pd.DataFrame, row: int) -> str:
+    """Return how many runs are needed where no result of a pair could be significant.
+
+    The other pairs of the table keep their results.
+    """
+    pair = pairs.iloc[row]
+    if pair["p"] <= LEVEL:
+        return ""
+    made = pairs["p"].notna().to_numpy()
+    raw = np.where(made, pairs["p_raw"], np.nan)
+
+    def reached(smallest: float) -> bool:
+        p = raw.copy()
+        p[row] = min(1.0, 2 * smallest)
+        return bool(statistics.false_discovery(p)[row] <= LEVEL)
+
+    if made[row] and reached(pair["test"].smallest):
+        return ""
+    floor = 1 / (statistics.N_PERMUTATIONS + 1)
+    blocks = 1 if pair["method"] == DEPENDENT else pair["sequences"]
+    for n in range(2, MOST + 1):
+        if pair["method"] in (SINGLE, PAIRED):
+            if n >= MIN_SEQUENCES and reached(max(0.5**n, floor)):
+                return f"{n} {'sequences' if pair['method'] == SINGLE else 'pairs of runs'}"
+        elif n * blocks >= MIN_RUNS and reached(max(math.comb(2 * n, n) ** -float(blocks), floor)):
+            return f"{n} runs each"
+    return f"more than {MOST} runs each"

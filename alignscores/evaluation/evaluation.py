@@ -19,10 +19,10 @@ from ..pose import PASResult
 from ..similarity import Similarity
 from ..texts import printable
 from ..thresholds import N_THRESHOLDS, smallest_unit
-from ..trajectories.lever import LeverArm
 from ..validation import finite_rows
 from .deficits import Deficit, deficits
-from .matching import Matches
+from .lever import LeverArm
+from .match import Matches
 from .perfect import simulated_scores
 from .settings import Settings
 

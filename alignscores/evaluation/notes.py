@@ -8,12 +8,12 @@ from contextlib import contextmanager
 import numpy as np
 
 from ..arrays import Booleans, Floats
+from ..averaging import rotation_angles
 from ..io import TrajectoryWarning
 from ..texts import printable
-from ..trajectories.conventions import describe_rotation, find_convention
-from ..trajectories.timing import find_offset
 from ..validation import AlignmentWarning
 from .evaluation import Evaluation, Note
+from .hints import describe_rotation
 from .settings import Settings
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
 
 OWN = AlignmentWarning, TrajectoryWarning
 SOME = 0.1  # share of the frames that is worth a word
+APART_DEG = 30.0  # between the alignments of positions and rotations that is worth a word
 MIN_POSES = 20  # fewer can fit by chance
 
 
@@ -54,17 +55,26 @@ def collected_warnings() -> Iterator[list[str]]:
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
-def explain(evaluation: Evaluation, *, check: bool = True) -> list[Note]:
-    """Return the notes on scores; with `check` those on mistakes and low scores, too."""
+def explain(
+    evaluation: Evaluation, hints: Sequence[Note] = (), *, check: bool = True
+) -> list[Note]:
+    """Return the notes on scores, with the hints on mistakes; with `check` those on low scores."""
     kinds = [unmatched]
     if evaluation.matches.timed:
         kinds += [left_out_frames, duplicates, few_poses, ignored_time, chance]
-    kinds += [lever_arm, indistinguishable]
-    if check and evaluation.matches.timed:
-        kinds += [clock]
-    if check and evaluation.has_rotations:
-        kinds += [convention, low_score]
-    return [note for kind in kinds if (note := kind(evaluation))]
+    kinds += [lever_arm, indistinguishable, body_rotation, alignments]
+    notes = [note for kind in kinds if (note := kind(evaluation))] + list(hints)
+    if check and evaluation.has_rotations and (low := low_score(evaluation)):
+        notes.append(low)
+    return notes
+
+
+def body_rotation(evaluation: Evaluation) -> Note | None:
+    """Note a rotation of the camera frame that was removed."""
+    if evaluation.body_rotation is None:
+        return None
+    frame = describe_rotation(evaluation.body_rotation)
+    return Note("frame", f"a constant rotation of the camera frame was removed: {frame}")
 
 
 def lever_arm(evaluation: Evaluation) -> Note | None:
@@ -145,58 +155,29 @@ def indistinguishable(evaluation: Evaluation) -> Note | None:
     )
 
 
-def clock(evaluation: Evaluation) -> Note | None:
-    """Note the offset of the clocks that was added, or that there seems to be one."""
-    if evaluation.settings.t_offset == "auto":
-        added = evaluation.t_offset
-        text = "no time offset added: none makes its motions fit clearly better"
-        return Note("clock", f"time offset of {added:.4f} s added to its stamps" if added else text)
-    offset = find_offset(evaluation.reference, evaluation.estimate)
-    if offset is None or not offset.certain:
+def alignments(evaluation: Evaluation) -> Note | None:
+    """Note positions and rotations that fit well, but under alignments that differ.
+
+    Where the positions are almost on a line, the spin about it is free.
+    """
+    tas, ras = evaluation.result.tas, evaluation.result.ras
+    if tas.alignment is None or ras.alignment is None or evaluation.settings.alignment == "none":
         return None
-    return Note(
-        "clock",
-        f"its clock seems to be off: its {offset.what} fit {offset.gain:.1f} times as well with an "
-        f"offset of {evaluation.t_offset + offset.seconds:.3f} s",
-        "--t_offset auto adds it",
+    if not (evaluation.has_rotations and min(tas.score, ras.score) > 0.5):
+        return None
+    positions = evaluation.matches.gt_poses[:, :3, 3]
+    _, widths, axes = np.linalg.svd(positions - positions.mean(axis=0), full_matrices=False)
+    between = tas.alignment.rotation.T @ ras.alignment
+    angle = float(rotation_angles(between[None])[0])
+    if widths[1] < 0.1 * widths[0]:
+        angle = math.degrees(math.acos(np.clip(axes[0] @ between @ axes[0], -1, 1)))
+    if angle < APART_DEG:
+        return None
+    text = (
+        f"positions and rotations fit under alignments {angle:.0f} deg apart, which TAS and RAS do "
+        "not count: their frames or camera axes differ"
     )
-
-
-def convention(evaluation: Evaluation) -> Note | None:
-    """Note a convention under which the estimate would fit, or that was corrected."""
-    matches, settings = evaluation.matches, evaluation.settings
-    if evaluation.body_rotation is not None:
-        frame = describe_rotation(evaluation.body_rotation)
-        return Note("frame", f"a constant rotation of the camera frame was removed: {frame}")
-    mistake = find_convention(matches.pose_references, evaluation.estimate.poses[matches.pose_rows])
-    gain = f"RAS {mistake.ras:.2f} as it is, {mistake.corrected_ras:.2f} corrected"
-    frame = ""
-    if mistake.body_rotation is not None:
-        frame = (
-            "the camera frame is rotated against the reference's, "
-            f"{describe_rotation(mistake.body_rotation)}"
-        )
-    if mistake.kind == "inverted":
-        now = "camera-to-world" if settings.invert else "world-to-camera"
-        remedy = "leave out --invert" if settings.invert else "add --invert"
-        return Note(
-            "inverted",
-            f"the poses in the file seem to be {now}{frame and ', and '}{frame} ({gain})",
-            f"{remedy}, with --body_rotation auto" if frame else remedy,
-        )
-    if mistake.kind == "inverted rotations":
-        text = "the rotations in the file seem to be world-to-camera, its positions not"
-        frame = frame and f", and {frame}"
-        return Note("inverted rotations", f"{text}{frame} ({gain})", "transpose them in the file")
-    if mistake.kind.startswith("q"):
-        text = f"the quaternions seem to have w at the wrong end ({gain})"
-        columns = f"name their order, as in --est_columns 't x y z {mistake.kind}'"
-        named = settings.est_form.tables and settings.est_form.timed
-        return Note("quaternions", text, columns if named else "reorder them")
-    if mistake.kind == "mirrored":
-        text = "the positions fit the mirror image of the reference, as in a left-handed frame"
-        return Note("mirrored", text, "correct the export: no rotation corrects it")
-    return Note("frame", f"{frame} ({gain})", "--body_rotation auto removes it") if frame else None
+    return Note("apart", text)
 
 
 def low_score(evaluation: Evaluation) -> Note | None:

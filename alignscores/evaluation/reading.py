@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Booleans, Indices
+from ..arrays import Booleans, Floats, Indices
 from ..io import (
     FilePath,
     Trajectory,
@@ -21,20 +21,23 @@ from ..io import (
     read_colmap,
     recognise,
 )
-from ..trajectories.timeline import reference_gap
 from ..validation import finite_rows, real_array
 from .settings import Settings
+from .time import reference_gap
 
 __all__ = [
     "KEY_KINDS",
+    "check_duplicates",
     "files_below",
     "first_rows",
     "format_of",
+    "has_constant_rotations",
     "in_memory",
     "read_estimate",
     "read_reference",
     "warn",
     "with_formats",
+    "without_rotations",
 ]
 
 KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
@@ -84,22 +87,29 @@ def format_of(trajectory: Any, columns: str | None) -> str:
 
 
 def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
-    """Return the reference, each key once; with time stamps finite poses alone, in their order.
+    """Return the reference, each key once; with time stamps only finite poses, in their order.
 
-    Warn where it has no pose for more than one percent, since nothing is expected there.
+    Rotations that are the same throughout a file count as none. Warn where the reference has no
+    pose for more than one percent, since nothing is expected there.
     """
     if not isinstance(reference, Trajectory):
         columns = settings.ref_columns or settings.columns
         options = settings.form.options(settings.ref_topic, columns)
         reference = _checked(settings.form.read(reference, **options), "reference")
+        if has_constant_rotations(reference):
+            warn("all rotations of the reference are the same, which count as none")
+            reference = reference._replace(poses=without_rotations(reference.poses))
+    if settings.ref_invert:
+        if not reference.has_rotations:
+            raise ValueError("--ref_invert needs rotations, which the reference lacks")
+        reference = reference._replace(poses=inverse_poses(reference.poses))
     finite = finite_rows(reference.with_rotations().poses)
     if not finite.any():
         raise ValueError("the reference has no pose that is finite")
     timed = reference.keys.dtype.kind == "f"
     present = finite if timed else np.ones_like(finite)  # rows and names keep their number
     rows = first_rows(reference.keys, present, "reference")
-    if duplicate := int(present.sum()) - len(rows):
-        warn(f"duplicate stamps or names in the reference, left out: {duplicate}")
+    check_duplicates(int(present.sum()), len(rows), reference.keys, "reference")
     if not reference.has_rotations:
         warn("the reference has no rotations: RAS and PAS have no value")
     truth = Trajectory(reference.keys[rows], reference.poses[rows])
@@ -129,6 +139,33 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
         turned = finite_rows(poses.poses[:, :3, :3])
         poses = poses._replace(poses=np.where(turned[:, None, None], poses.poses, np.nan))
     return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
+
+
+def has_constant_rotations(trajectory: Trajectory) -> bool:
+    """Return whether all finite rotations are the same, of two poses or more."""
+    rotations = trajectory.poses[:, :3, :3]
+    rotations = rotations[finite_rows(rotations)]
+    return len(rotations) > 1 and bool((rotations == rotations[0]).all())
+
+
+def without_rotations(poses: Floats) -> Floats:
+    """Return poses whose rotations are NaN."""
+    positions = poses.copy()
+    positions[:, :3, :3] = np.nan
+    return positions
+
+
+def check_duplicates(n: int, n_different: int, keys: NDArray[Any], whose: str) -> None:
+    """Warn of poses whose key another one has; raise a ValueError from a tenth of them on."""
+    duplicate = n - n_different
+    if duplicate >= n / 10:
+        what = "time stamp" if keys.dtype.kind == "f" else "name"
+        raise ValueError(
+            f"{duplicate} of {n} poses of the {whose} have the {what} of another one; write stamps "
+            "with all their digits, and each pose once"
+        )
+    if duplicate and whose == "reference":
+        warn(f"duplicate stamps or names in the reference, left out: {duplicate}")
 
 
 def first_rows(keys: NDArray[Any], present: Booleans, whose: str) -> Indices:

@@ -3,7 +3,8 @@
 import math
 import warnings
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,19 +17,29 @@ from ..pose import PASResult, pas
 from ..registration import Registration
 from ..registration import pcr99 as pcr99_of_all
 from ..similarity import Similarity, least_squares_rmse
-from ..texts import unique_names
+from ..texts import printable, unique_names
 from ..thresholds import tas_distance, too_few
-from ..trajectories.conventions import find_convention, rotate_cameras
-from ..trajectories.lever import LeverArm, find_lever_arm, with_lever_arm
 from ..translation import tas
 from ..validation import AlignmentWarning, finite_rows
+from .clock import Clock, find_clock
 from .evaluation import Evaluation, Note, finite_or_none
-from .matching import Matches, check_scorable, match, poses_of_rows, with_time_offset
+from .hints import Files, Scored, find_convention, look, rescue, rotate_cameras
+from .lever import LeverArm, find_lever_arm, with_lever_arm
+from .match import Matches, check_scorable, match, no_clock, poses_of_rows, with_stamps_of_sparse
 from .notes import collected_warnings, explain, reference_notes
-from .reading import in_memory, read_estimate, read_reference, with_formats
+from .reading import (
+    has_constant_rotations,
+    in_memory,
+    read_estimate,
+    read_reference,
+    with_formats,
+)
 from .settings import Settings, changed
 
 __all__ = ["evaluate", "score"]
+
+SMALL_OFFSET = 0.02  # seconds, below which an offset of the clocks must raise the score
+CLEAR_OFFSET = 0.005  # by which it must; a larger one must not lower the score by as much
 
 
 def evaluate(
@@ -91,7 +102,8 @@ def evaluate(
     with collected_warnings() as warned:
         truth = read_reference(reference, settings)
     name = "estimate" if isinstance(estimate, Trajectory) else unique_names([str(estimate)])[0]
-    evaluation = score(truth, estimate, settings, name=name, functions=functions)
+    path = "" if isinstance(reference, Trajectory) else str(reference)
+    evaluation = score(truth, estimate, settings, name=name, ref_file=path, functions=functions)
     of_reference = [Note("reference", text) for text in warned]
     evaluation.notes[:0] = of_reference + reference_notes([evaluation])
     return evaluation
@@ -103,52 +115,203 @@ def score(
     settings: Settings,
     *,
     name: str,
+    ref_file: str = "",
     check: bool = True,
     functions: Iterable[Metric | Callable[..., Any]] = (),
 ) -> Evaluation:
     """Read, match, score and explain one estimate.
 
-    With `check` the notes look for mistakes of convention and clock, which takes most of the time.
-    `functions` are metrics next to those in the settings.
+    With `check` the notes look for mistakes in both files, which takes most of the time. `ref_file`
+    is where the reference was read from; `functions` are metrics next to those in the settings.
     """
     with collected_warnings() as of_file:  # these name the file
         poses = read_estimate(estimate, settings)
-    has_rotations = reference.has_rotations and poses.has_rotations
     notes = [Note("file", text) for text in of_file]
+    has_rotations = reference.has_rotations and poses.has_rotations
     if reference.has_rotations and not has_rotations:
         notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
+    elif has_rotations and has_constant_rotations(poses):
+        note, poses = _constant(poses, settings)
+        notes.append(note)
     reference, poses = reference.with_rotations(), poses.with_rotations()
+    file = "" if isinstance(estimate, Trajectory) else str(estimate)
+    files = Files(
+        printable(Path(ref_file).name) or "the reference",
+        (file and name) or "the estimate",
+        ref_file,
+        file,
+    )
+    main = "PAS" if has_rotations else "TAS"
+
+    def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
+        found = _compared(ref, est, tried, has_rotations)
+        result, matches = found.result, found.matches
+        value = result.score if has_rotations else result.tas.score
+        return Scored(value, matches.pose_references, found.estimate.poses[matches.pose_rows])
+
     with collected_warnings() as of_estimate:
-        poses, t_offset = with_time_offset(reference, poses, settings)
-        matches = replace(match(reference, poses, settings), has_rotations=has_rotations)
-        check_scorable(reference, poses, matches, settings)
-        poses, lever_arm, body_rotation = _corrected(poses, matches, settings)
-        matches = replace(matches, est_poses=poses_of_rows(poses, matches.est_rows))
-        result, tas_seeds = _scores(matches, settings)
-        half_distance = _half_distance(matches, settings)
+        try:
+            found = _compared(reference, poses, settings, has_rotations)
+        except ValueError as error:
+            remedy = check and rescue(
+                reference, poses, settings, attempt, files, name=main, has_rotations=has_rotations
+            )
+            raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
+        half_distance = _half_distance(found.matches, settings)
     notes += [Note("estimate", text) for text in of_estimate]
-    pairs = _every_pose(matches, poses)
+    matches, result = found.matches, found.result
+    pairs = _every_pose(matches, found.estimate)
     metrics, without_value = _metrics(matches, pairs, settings, functions)
     evaluation = Evaluation(
         name=name,
-        file="" if isinstance(estimate, Trajectory) else str(estimate),
+        file=file,
         settings=settings,
         reference=reference,
-        estimate=poses,
+        estimate=found.estimate,
         matches=matches,
         result=result,
-        tas_seeds=tas_seeds,
+        tas_seeds=[result.tas.score, *_other_seeds(matches, settings)],
         half_distance=half_distance,
         ate=_ate(pairs, settings),
         metrics=metrics,
-        t_offset=t_offset,
-        body_rotation=body_rotation,
-        lever_arm=lever_arm,
+        t_offset=found.t_offset,
+        body_rotation=found.body_rotation,
+        lever_arm=found.lever_arm,
         notes=notes,
     )
-    notes += explain(evaluation, check=check)
+    notes += _of_matching(found, settings)
+    hints = []
+    if check:
+        value = result.score if has_rotations else result.tas.score
+        scored = Scored(value, matches.pose_references, found.estimate.poses[matches.pose_rows])
+        hints = look(
+            reference,
+            poses,
+            settings,
+            scored,
+            attempt,
+            files,
+            name=main,
+            has_rotations=has_rotations,
+        )
+    notes += explain(evaluation, hints, check=check)
     notes += without_value
     return evaluation
+
+
+def _constant(estimate: Trajectory, settings: Settings) -> tuple[Note, Trajectory]:
+    """Return a note on rotations that are the same throughout, and the poses that count.
+
+    One pose throughout is none: the run has failed.
+    """
+    positions = estimate.poses[finite_rows(estimate.poses), :3, 3]
+    if (positions == positions[0]).all():
+        text = "it has one pose throughout: a run that failed, without a pose that counts"
+        return Note("constant", text), estimate._replace(poses=np.full_like(estimate.poses, np.nan))
+    text = "its rotations are all the same, and are scored as they are"
+    timed = settings.est_form.tables and estimate.keys.dtype.kind == "f"
+    remedy = "if it has none, --est_columns 't x y z' scores the positions" if timed else ""
+    return Note("constant", text, remedy), estimate
+
+
+@dataclass(frozen=True, eq=False)
+class _Compared:
+    """An estimate that was matched, corrected as the settings say, and scored."""
+
+    estimate: Trajectory
+    matches: Matches
+    result: PASResult
+    t_offset: float
+    clock: Clock | None  # that was looked for
+    chord: float  # error of straight lines between the poses of a sparse reference, in units of d
+    lever_arm: LeverArm | None
+    body_rotation: Floats | None
+
+
+def _compared(
+    reference: Trajectory, estimate: Trajectory, settings: Settings, has_rotations: bool
+) -> _Compared:
+    """Match, correct and score an estimate."""
+    clock, t_offset = None, 0.0
+    timed = reference.keys.dtype.kind == estimate.keys.dtype.kind == "f"
+    if timed and settings.t_offset == "auto":
+        clock = find_clock(reference, estimate)
+        t_offset = _offset(reference, estimate, settings, clock, has_rotations)
+    elif timed:
+        t_offset = float(settings.t_offset)
+    poses = estimate._replace(keys=estimate.keys + t_offset) if timed else estimate
+    poses, how, chord = with_stamps_of_sparse(reference, poses, settings)
+    matches = replace(match(reference, poses, how), has_rotations=has_rotations)
+    check_scorable(reference, poses, matches, settings)
+    poses, lever_arm, body_rotation = _corrected(poses, matches, settings)
+    matches = replace(matches, est_poses=poses_of_rows(poses, matches.est_rows))
+    result = _scores(matches, settings)
+    return _Compared(poses, matches, result, t_offset, clock, chord, lever_arm, body_rotation)
+
+
+def _offset(
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    clock: Clock | None,
+    has_rotations: bool,
+) -> float:
+    """Return the offset of the clocks if it is certain and does not cost score, otherwise 0.
+
+    Raise a ValueError where it is not certain, and the stamps as they are have no time in common.
+    """
+    if clock is None or not clock.certain:
+        if estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
+            raise ValueError(
+                "no time offset makes its motions fit the reference's with certainty"
+                f"{_rival(clock)}{no_clock(estimate.keys) or '; --t_offset X sets one'}"
+            )
+        return 0.0
+    if clock.agrees:
+        return 0.0
+    scores = []
+    for seconds in (0.0, clock.seconds):
+        try:
+            tried = replace(settings, t_offset=seconds)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                result = _compared(reference, estimate, tried, has_rotations).result
+            scores.append(result.score if has_rotations else result.tas.score)
+        except ValueError:
+            scores.append(-math.inf)
+    least = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
+    return clock.seconds if scores[1] > scores[0] + least else 0.0
+
+
+def _rival(clock: Clock | None) -> str:
+    """Return the best offsets that are not certain, in words."""
+    if clock is None:
+        return ""
+    best = f"{clock.seconds:.3f} s (standard error {clock.error:.3f} s)"
+    if math.isnan(clock.runner_up):
+        return f": the best is {best}"
+    return f": the best are {best} and {clock.runner_up:.3f} s"
+
+
+def _of_matching(found: _Compared, settings: Settings) -> list[Note]:
+    """Return notes on the clock that was looked for, and on a reference that is too sparse."""
+    notes = []
+    if settings.t_offset == "auto" and found.matches.timed:
+        clock, seconds = found.clock, found.t_offset
+        if seconds and clock:
+            text = f"time offset of {seconds:.4f} s (standard error {clock.error:.4f} s) added"
+        elif clock and clock.certain:
+            text = "no time offset added: its motions fit with its stamps as they are"
+        else:
+            text = f"no time offset added: none is certain{_rival(clock)}"
+        notes.append(Note("clock", text))
+    if found.chord:
+        text = (
+            "the reference is too sparse to be interpolated: straight lines between its poses are "
+            f"off by {found.chord:.1%} of d; poses are compared at its own stamps"
+        )
+        notes.append(Note("sparse", text))
+    return notes
 
 
 def _corrected(
@@ -165,36 +328,50 @@ def _corrected(
     if lever_arm is not None:
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
-        mistake = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
-        if not mistake.kind.startswith("inverted"):
-            body_rotation = mistake.body_rotation
+        found = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
+        if not found.kind:
+            body_rotation = found.body_rotation
     poses = rotate_cameras(estimate.poses, body_rotation)
     return estimate._replace(poses=poses), lever_arm, body_rotation
 
 
-def _scores(matches: Matches, settings: Settings) -> tuple[PASResult, list[float]]:
-    """Return the scores at the first seed, NaN without rotations, and the TAS of each seed."""
+def _scores(matches: Matches, settings: Settings) -> PASResult:
+    """Return the scores at the first seed; RAS and PAS are NaN without rotations."""
+    weight, degrees = settings.weight, settings.max_threshold_deg
+    result = pas(
+        matches.gt_poses,
+        matches.est_poses,
+        rng=settings.seed,
+        weight=weight,
+        max_threshold_deg=degrees,
+        **_tas_options(matches, settings),
+    )
+    if matches.has_rotations:
+        return result
+    errors = np.full_like(result.ras.errors, np.nan)
+    ras = replace(
+        result.ras,
+        score=math.nan,
+        errors=errors,
+        cumulative_frequency=np.zeros_like(result.ras.cumulative_frequency),
+        alignment=None,
+    )
+    return replace(result, score=math.nan, ras=ras)
+
+
+def _other_seeds(matches: Matches, settings: Settings) -> list[float]:
+    """Return the TAS of the other seeds."""
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    options = _tas_options(matches, settings)
+    return [tas(gt, est, rng=seed, **options).score for seed in settings.seeds[1:]]
+
+
+def _tas_options(matches: Matches, settings: Settings) -> dict[str, Any]:
+    """Return the options of `tas`."""
     registration: str | Registration = settings.registration
     if registration == "pcr99" and matches.n_poses < matches.matched:  # a pose of several frames
         registration = pcr99
-    gt, est = matches.gt_poses, matches.est_poses
-    options = {"unit": matches.unit, "registration": registration, **settings.tas_options}
-    first, *others = settings.seeds
-    weight, degrees = settings.weight, settings.max_threshold_deg
-    result = pas(gt, est, rng=first, weight=weight, max_threshold_deg=degrees, **options)
-    if not matches.has_rotations:
-        errors = np.full_like(result.ras.errors, np.nan)
-        frequency = np.zeros_like(result.ras.cumulative_frequency)
-        ras = replace(
-            result.ras,
-            score=math.nan,
-            errors=errors,
-            cumulative_frequency=frequency,
-            alignment=None,
-        )
-        result = replace(result, score=math.nan, ras=ras)
-    more = [tas(gt[:, :3, 3], est[:, :3, 3], rng=seed, **options).score for seed in others]
-    return result, [result.tas.score, *more]
+    return {"unit": matches.unit, "registration": registration, **settings.tas_options}
 
 
 def _half_distance(matches: Matches, settings: Settings) -> float:

@@ -163,9 +163,11 @@ class Settings:
         0.01, "largest difference between matched time stamps, in s", least=0
     )
     sync: str = _matching(
-        "interpolate",
-        "compare a pose with the reference interpolated at its time, or with its nearest pose",
-        choices=("interpolate", "nearest"),
+        "auto",
+        "interpolate: compare a pose with the reference interpolated at its time; nearest: compare "
+        "each reference pose with the nearest pose; auto: interpolate, unless the reference is too "
+        "sparse",
+        choices=("auto", "interpolate", "nearest"),
         timed=True,
     )
     rate: float | str = _matching(
@@ -188,7 +190,7 @@ class Settings:
     t_offset: float | str = _seconds(
         0.0,
         "added to the estimate's time stamps, in s; auto: found from the rotation rates, or "
-        "without rotations from the speeds; 0 if none makes them fit at least twice as well",
+        "without rotations from the speeds; 0 if it is not certain or costs score",
         words=("auto",),
     )
     frames: FilePath | Floats | tuple[float, ...] | None = _matching(  # noqa: RUF009
@@ -198,6 +200,8 @@ class Settings:
         timed=True,
     )
     invert: bool = _matching(False, "the estimates are world-to-camera: invert them", flag=True)
+    est_invert: bool = _matching(False, "the same as invert", flag=True)
+    ref_invert: bool = _matching(False, "the reference is world-to-camera: invert it", flag=True)
     body_rotation: str = _matching(
         "none",
         "auto: remove a constant rotation of the camera frame, if one is detected",
@@ -271,6 +275,7 @@ class Settings:
         for name in ("columns", "ref_columns", "est_columns"):
             if values[name] is not None:
                 parse_columns(values[name])
+        values["invert"] = values["est_invert"] = values["invert"] or values["est_invert"]
         values["frames"] = _stamps_or_path(self.frames)
         names = split_names(self.metrics) if isinstance(self.metrics, str) else self.metrics
         if not all(isinstance(name, str) for name in names):

@@ -12,7 +12,6 @@ from .trajectory import (
     check_stamps,
     checked,
     poses_from_quaternions,
-    without_constant_rotations,
 )
 
 __all__ = ["read_bag"]
@@ -67,7 +66,7 @@ def read_bag(path: FilePath, *, topic: str | None = None) -> Trajectory:
     source = Source(path, lambda row: f"message {row + 1}")
     poses = poses_from_quaternions(read.positions_xyz, quaternions, source)
     check_stamps(read.timestamps, source)
-    return checked(read.timestamps, without_constant_rotations(poses, source), source)
+    return checked(read.timestamps, poses, source)
 
 
 def _only_topic(path: FilePath, bag: Any, evo: Any) -> str:

@@ -26,7 +26,6 @@ from .trajectory import (
     refuse_counters,
     time_unit,
     warn,
-    without_constant_rotations,
 )
 
 __all__ = [
@@ -62,7 +61,7 @@ def read_tum(path: FilePath, *, columns: str | None = None) -> Trajectory:
     -------
     Trajectory
         Time stamps in seconds, or numbers of frames or rows, and camera-to-world poses, in the
-        order of the file. Rotations that the file lacks, or that are the same throughout, are nan.
+        order of the file. Rotations that the file lacks are nan.
 
     Raises
     ------
@@ -414,7 +413,7 @@ def _poses(values: Floats, names: list[str], source: Source) -> Floats:
     if "qw" in names:
         quaternions = _part(values, names, QUATERNION)
         poses = poses_from_quaternions(positions, quaternions, source)
-        return without_constant_rotations(poses, source)
+        return poses
     if "rx" in names:
         vectors = _part(values, names, VECTOR)
         return poses_from_vectors(positions, vectors, source)

@@ -186,17 +186,6 @@ def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Sourc
     return poses
 
 
-def without_constant_rotations(poses: Floats, source: Source) -> Floats:
-    """Return poses without rotations if these are the same throughout."""
-    if np.isfinite(poses[[0, -1]]).all() and (poses[0, :3, :3] != poses[-1, :3, :3]).any():
-        return poses
-    rotations = poses[finite_rows(poses[:, :3, :3]), :3, :3]
-    if len(rotations) > 1 and (rotations == rotations[0]).all():
-        poses[:, :3, :3] = np.nan
-        warn(source.path, "all rotations are the same, which count as none")
-    return poses
-
-
 def _check_quaternions(lengths: Floats, zero: Booleans, source: Source) -> None:
     """Raise an error for a quaternion that is none, and warn of those that are rounded."""
     deviation = np.abs(lengths - ~zero)

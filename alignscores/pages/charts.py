@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Floats
-from ..trajectories.timeline import breaks
+from ..evaluation.time import breaks
 
 __all__ = ["LEGEND", "Axis", "band", "chart", "colour", "curve", "drawing", "error_axis"]
 __all__ += ["flat", "key", "plot", "rect", "stretches", "upright"]

@@ -1,19 +1,21 @@
-"""The page of a comparison: verdict, tables and drawings, without scripts."""
+"""The page of a comparison: verdict, notes, tables and drawings, without scripts."""
 
 import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from ..comparison.baseline import Changes
+import pandas as pd
+
+from ..comparison.baseline import Changes, changes_table
 from ..comparison.comparison import Comparison
-from ..comparison.tables import as_html, conditions, legend, tables
+from ..comparison.tables import HTML, by_sequence, conditions, legend, overall
 from ..texts import printable
 from .charts import LEGEND, key
-from .document import document
+from .document import document, html_table
 from .drawings import differences, errors_over_time, runs
 
-__all__ = ["page"]
+__all__ = ["overview", "page"]
 
 MEDIANS = """\
 <p class="small">Median over the runs of a system, shaded where most have no pose; below, a band for
@@ -23,14 +25,23 @@ MORE = """\
 sequence, with its trajectories and the errors of each frame.</p>"""
 
 
-def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str:
-    """Return the page; `by` is the metric of the verdict and of the drawings."""
-    verdict = comparison.verdict(by) or [f"{by} of {', '.join(comparison.summary.systems)}"]
+def overview(found: Comparison) -> str:
+    """Return verdict, notes and tables for a notebook."""
+    lines = "<br>".join(map(escape, [*found.verdict, *found.notes, *legend(found)]))
+    return (
+        f"<p>{lines}</p>{''.join(_table(table(found, HTML)) for table in (overall, by_sequence))}"
+    )
+
+
+def page(found: Comparison, changed: Changes | None = None) -> str:
+    """Return the page."""
+    by = found.by
+    verdict = found.verdict or [f"{by} of {', '.join(found.overall['system'])}"]
     title = re.split(r": .+ wins \d|: it wins \d|\.$", verdict[0])[0]
-    sections = _sections(comparison, by)
+    sections = _sections(found)
     if changed:
-        caption = f"Against {printable(Path(changed.file).name)}"
-        table = as_html(changed.table(), caption)
+        caption = escape(f"Against {printable(Path(changed.file).name)}")
+        table = _table(changes_table(changed, HTML), caption)
         sections.insert(0, ("changes", f"Changes in {by}", table + _list(changed.notes)))
     links = "".join(
         f'<li><a href="#{name}">{escape(heading)}</a></li>' for name, heading, _ in sections
@@ -43,32 +54,41 @@ def page(comparison: Comparison, by: str, changed: Changes | None = None) -> str
     lead = "".join(f"<p>{escape(line)}</p>" for line in verdict)
     return document(
         title,
-        f"<header><h1>{escape(title)}</h1>{lead}"
+        f"<header><h1>{escape(title)}</h1>{lead}{_list(found.notes)}"
         f'<nav aria-label="Sections"><ul>{links}</ul></nav></header>\n<main>{body}</main>',
         ["style.css"],
     )
 
 
-def _sections(comparison: Comparison, by: str) -> list[tuple[str, str, str]]:
+def _sections(found: Comparison) -> list[tuple[str, str, str]]:
     """Return name, heading and content of each section."""
-    summary, settings = comparison.summary, comparison.settings
-    overall, by_sequence = tables(summary, by)
-    notes = [*legend(summary, settings), *conditions(settings)]
-    pairs = summary.pairs_by(by)
-    of_runs = [(s, runs(summary, by, s)) for s in summary.sequences]
-    errors = [(s, errors_over_time(comparison, s)) for s in summary.sequences]
-    over_time = key(sorted(summary.systems)) + MEDIANS + LEGEND + _panels(errors) + MORE
+    by, sequences = found.by, found.runs["sequence"].unique().tolist()
+    legends = [*legend(found), *conditions(found.settings)]
+    pairs = found.pairs[found.pairs["sequence"].isna()]
+    of_runs = [(s, runs(found, s)) for s in sequences]
     sections = [
-        ("overall", "All sequences", as_html(overall) + _list(notes)),
-        ("sequences", f"{by} by sequence", as_html(by_sequence)),
-        ("differences", f"Differences in {by}", differences(pairs, by)),
-        ("runs", f"{by} of each run", _panels(of_runs)),
-        ("errors", "Errors over time", over_time),
+        ("overall", "All sequences", _table(overall(found, HTML)) + _list(legends)),
+        ("sequences", f"{by} by sequence", _table(by_sequence(found, HTML))),
     ]
-    return [section for section in sections if pairs or section[0] != "differences"]
+    if pairs["difference"].notna().any():
+        sections.append(("differences", f"Differences in {by}", differences(pairs, by)))
+    sections.append(("runs", f"{by} of each run", _panels(of_runs)))
+    if found.errors:
+        errors = [(s, errors_over_time(found, s)) for s in sequences]
+        systems = sorted(found.overall["system"])
+        over_time = key(systems) + MEDIANS + LEGEND + _panels(errors) + MORE
+        sections.append(("errors", "Errors over time", over_time))
+    return sections
+
+
+def _table(table: pd.DataFrame, caption: str = "") -> str:
+    """Return a table whose texts are HTML."""
+    return html_table(list(table.columns), table.to_numpy().tolist(), caption)
 
 
 def _list(lines: Sequence[str]) -> str:
+    if not lines:
+        return ""
     return f'<ul class="small">{"".join(f"<li>{escape(line)}</li>" for line in lines)}</ul>'
 
 

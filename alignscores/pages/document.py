@@ -1,10 +1,10 @@
 """A page in one file, with its styles, which needs no network."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 
-__all__ = ["document"]
+__all__ = ["document", "html_table"]
 
 HEAD = """\
 <!DOCTYPE html>
@@ -24,3 +24,23 @@ def document(title: str, body: str, styles: Iterable[str]) -> str:
     for style in styles:
         parts.append(f"<style>\n{files(__package__).joinpath(style).read_text('utf-8')}</style>\n")
     return "".join([*parts, f"</head>\n<body>\n{body}\n</body>\n</html>\n"])
+
+
+def html_table(header: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
+    """Return a table of HTML, whose cells stand below each other where the screen is too narrow.
+
+    The tables of pandas do not carry the names of columns to the cells, for narrow screens.
+    """
+    head = "".join(f'<th scope="col">{name}</th>' for name in header)
+    lines = "".join(
+        f'<tr><th scope="row">{first}</th>'
+        + "".join(
+            f'<td data-label="{name}"><span>{cell}</span></td>'
+            for name, cell in zip(header[1:], cells, strict=True)
+        )
+        + "</tr>"
+        for first, *cells in rows
+    )
+    title = f"<caption>{caption}</caption>" if caption else ""
+    body = f"<thead><tr>{head}</tr></thead><tbody>{lines}</tbody>"
+    return f'<table class="stacked">{title}{body}</table>'

@@ -7,8 +7,8 @@ import numpy as np
 from ..arrays import Booleans, Floats
 from ..evaluation.deficits import Deficit, in_order
 from ..evaluation.evaluation import Evaluation
+from ..evaluation.time import breaks
 from ..histogram import AlignmentScore
-from ..trajectories.timeline import breaks
 from ..validation import finite_rows
 
 __all__ = ["Curve", "curve", "frames", "with_breaks"]

@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from alignscores.comparison.statistics import LEVEL, rank_test, wins
+from alignscores.comparison.statistics import LEVEL, permutation_test, wins
 from experiments.metrics import metric as find
 
 from ..order import trials_needed
@@ -51,7 +51,7 @@ def pairs(table: pd.DataFrame, poses: str = ALL_POSES) -> pd.DataFrame:
             share = wins([(a, b)])
             row = {"metric": metric} | keys | {"share": 100 * share}
             row |= {"order": 100 * max(share, 1 - share)}
-            row |= {"significant": rank_test([(a, b)]).p <= LEVEL}
+            row |= {"significant": permutation_test([(a, b)]).p <= LEVEL}
             rows.append(row | {"runs": trials_needed(max(share, 1 - share))})
     return pd.DataFrame(rows)
 

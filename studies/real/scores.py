@@ -17,6 +17,7 @@ from alignscores import ras_angle, tas_distance
 from alignscores.arrays import Floats
 from alignscores.comparison.benchmark import Benchmark, Run, read_yaml
 from alignscores.comparison.comparison import settings_of_run
+from alignscores.evaluation.clock import find_clock
 from alignscores.evaluation.evaluation import Evaluation
 from alignscores.evaluation.notes import collected_warnings
 from alignscores.evaluation.reading import files_below, read_estimate, read_reference
@@ -24,7 +25,6 @@ from alignscores.evaluation.scoring import score
 from alignscores.evaluation.settings import Settings
 from alignscores.io import Trajectory
 from alignscores.metrics import split_names
-from alignscores.trajectories.timing import find_offset
 from alignscores.validation import finite_rows
 from baselines import dre, dte, maa
 from experiments.command import ConfigError
@@ -111,7 +111,7 @@ def clock_offsets(reference: Trajectory, estimates: Mapping[Run, Trajectory]) ->
     offsets: dict[str, list[float]] = {run.system: [] for run in estimates}
     for run, estimate in estimates.items():
         if estimate.keys.dtype.kind == "f":
-            offset = find_offset(reference, estimate)
+            offset = find_clock(reference, estimate)
             offsets[run.system].append(offset.seconds if offset and offset.certain else 0.0)
     return {system: float(np.median(own)) if own else 0.0 for system, own in offsets.items()}
 

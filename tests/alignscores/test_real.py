@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -72,9 +71,9 @@ def shifted(rotations):
 OPENGL = np.diag([1.0, -1.0, -1.0])
 MISTAKES = {
     "": lambda rotations: rotations,
-    "the quaternions seem to have w at the wrong end": shifted,
-    "the rotations in the file seem to be world-to-camera": lambda rotations: rotations.mT,
-    "the camera frame is rotated against the reference's, 180 deg about x": (
+    "the quaternions of the estimate seem to have w at the wrong end": shifted,
+    "the rotations of the estimate seem to be world-to-camera": lambda rotations: rotations.mT,
+    "the camera frame of the estimate is rotated against that of the reference, 180 deg": (
         lambda rotations: rotations @ OPENGL
     ),
 }
@@ -83,7 +82,9 @@ MISTAKES = {
 @each_pair
 def test_each_mistake_of_convention_is_told_by_its_name(real, pair):
     found = evaluate(real / pair.reference, real / pair.estimate, missing="ignore").matches
-    wrongs = {"the poses in the file seem to be world-to-camera": np.linalg.inv(found.est_poses)}
+    wrongs = {
+        "the poses of the estimate seem to be world-to-camera": np.linalg.inv(found.est_poses)
+    }
     for words, mistake in MISTAKES.items():
         wrongs[words] = found.est_poses.copy()
         wrongs[words][:, :3, :3] = mistake(found.est_poses[:, :3, :3])
@@ -107,10 +108,8 @@ def test_the_means_of_visual_inertial_systems_on_a_page(real):
     frames = []
     for alignment in ("similarity", "rigid", "yaw"):
         comparison = compare(*paths, jobs=1, format="tum", metrics="ate", alignment=alignment)
-        runs = pd.DataFrame(comparison.to_dict()["results"])
-        runs["ATE"] = [one["ATE"] for one in runs["metrics"]]
         columns = ["TAS", "half_distance", "RAS", "ATE"]
-        frames.append(runs.groupby("system")[columns].mean())
+        frames.append(comparison.runs.groupby("system")[columns].mean())
     for system in frames[0].index:
         cells = [
             " / ".join(f"{frame.loc[system, name]:.3f}" for frame in frames) for name in columns

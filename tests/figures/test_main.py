@@ -92,7 +92,12 @@ def test_what_draws_nothing_and_other_tables_are_refused(table, tmp_path, capsys
 def test_a_table_at_fault_is_named_in_one_line_and_stays(table, tmp_path, capsys):
     lost = tmp_path / "no.csv"
     for draw in (["outliers"], ["studies.beyond.figure:draw"], []):
-        assert refused(capsys, tmp_path, *draw, lost) == f"{lost} does not exist"
+        assert refused(capsys, tmp_path, *draw, lost).startswith(f"{lost} does not exist")
+    changed = tmp_path / "changed.csv"
+    changed.write_bytes(table.read_bytes() + b"\n")
+    changed.with_suffix(".json").write_bytes(table.with_suffix(".json").read_bytes())
+    found = refused(capsys, tmp_path, "outliers", changed)
+    assert found.startswith(f"{changed} was changed, or changed.json is not its record")
     other = tmp_path / "other.csv"
     other.write_text("a,b\n1,2\n3,4,5\n")
     assert refused(capsys, tmp_path, other).startswith(f"{other} cannot be read (")

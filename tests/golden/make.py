@@ -170,7 +170,7 @@ def real_runs(folder):
 def _compared(folder):
     patterns = "{sequence}/groundtruth.txt", "{sequence}/{system}/{run}.txt"
     found = compare(*(f"{folder}/{pattern}" for pattern in patterns), format="tum").to_dict()
-    return flat({key: found[key] for key in ("systems", "comparisons")}, "compare")
+    return flat({key: found[key] for key in ("summary", "pairs")}, "compare")
 
 
 RESULTS = {

@@ -33,10 +33,10 @@ def files(tmp_path, monkeypatch):
 def test_runs_and_options_in_a_yaml_file(patterns, compare, run, tmp_path):
     (tmp_path / "b.yaml").write_text(YAML)
     assert run("b.yaml")[1].startswith("a_b and c are not distinguishable: ")
-    results = compare("b.yaml")["results"]
+    results = compare("b.yaml")["runs"]
     missing = [(r["system"], r["run"]) for r in results if r["status"] == "missing"]
     assert missing == [("a_b", "3"), ("c", "2"), ("a_b", "3")]
-    assert {r["unit"] for r in results if r["sequence"] == "car"} == {0.5, None}
+    assert {r["d"] for r in results if r["sequence"] == "car"} == {0.5, None}
 
 
 def test_paths_are_relative_to_the_yaml_file(files, tmp_path):

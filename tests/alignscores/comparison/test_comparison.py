@@ -16,22 +16,20 @@ def found(patterns, tmp_path, monkeypatch):
 def test_files_and_systems_are_compared_without_patterns(found, tmp_path):
     """On one sequence, whose format is recognised; their runs are those of the patterns."""
     runs = {name: [f"car/{name}/{k}.txt" for k in range(3)] for name in ("a_b", "c")}
-    scores = [r.outcome.scores for r in found.summary.results if r.run.sequence == "car"]
+    scores = found.runs.loc[found.runs["sequence"] == "car", "PAS"].tolist()
     again = compare("car/gt.txt", runs, metrics="ate:rmse")
-    assert [r.outcome.scores for r in again.summary.results][:3] == scores[:3]
+    assert again.runs["PAS"].tolist()[:3] == scores[:3]
     files = compare(tmp_path / "car/gt.txt", [*runs["a_b"][:2], "car/none.txt"])
-    assert set(files.summary.systems) == {"0.txt", "1.txt", "none.txt"}
-    assert repr(files) == (
-        "Comparison(systems=3, sequences=1, runs=3, failed=1, registration='refined')"
-    )
+    assert set(files.runs["system"]) == {"0.txt", "1.txt", "none.txt"}
+    assert repr(files) == ("Comparison(systems=3, sequences=1, runs=3, failed=1, by='PAS')")
 
 
 def test_it_shows_itself_in_a_notebook_and_saves_a_page(
     in_notebook, found, run, patterns, tmp_path
 ):
     assert in_notebook(found).startswith("<p>a_b is ahead of c: it wins 100 % ")
-    run(*patterns, "--metrics", "ate:rmse", "--html", "command.html", "--by", "ate:rmse")
-    found.save_page("page.html", by="ate:rmse")
+    run(*patterns, "--metrics", "ate:rmse", "--save_page", "command.html")
+    found.save_page("page.html")
     assert (tmp_path / "page.html").read_text() == (tmp_path / "command.html").read_text()
 
 
@@ -48,7 +46,7 @@ RUNS = "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
         (["car/gt.txt", "a.txt"], {"format": "tum"}, "the pattern of the estimates needs {system}"),
         (["car/gt.txt", RUNS[1]], {"format": "tum"}, "both patterns need {sequence}, or none"),
         (RUNS, {"format": "tum", "frames": np.arange(3)}, "frames must be a file, or a pattern"),
-        (["none.yaml"], {}, "none.yaml: cannot be read: No such file or directory"),
+        (["none.yaml"], {}, "none.yaml: cannot be read (No such file or directory)"),
         (RUNS, {"format": "tum", "weight": 2}, "weight must be a finite number from"),
     ],
 )
@@ -58,14 +56,16 @@ def test_what_is_wrong_is_a_value_error(found, patterns_of, settings, message):
     assert message in str(caught.value)
 
 
-def test_a_table_of_pandas(found):
-    pytest.importorskip("pandas")
-    table = found.to_frame()
-    assert len(table) == 2 * 3
-    overall = table[table["sequence"].isna()].set_index("system")
-    entries = {e["system"]: e for e in found.to_dict()["systems"] if e["sequence"] is None}
+def test_its_tables(found):
+    """And the same by another metric, from the table of runs."""
+    assert len(found.summary) == 2 * 3
+    overall = found.overall.set_index("system")
+    entries = {e["system"]: e for e in found.to_dict()["summary"] if e["sequence"] is None}
     assert overall["PAS"].to_dict() == {name: entry["PAS"] for name, entry in entries.items()}
-    assert {"TAS", "RAS_sd", "half_distance", "ate:rmse", "runs", "n"} <= set(table)
+    assert {"TAS", "RAS_sd", "half_distance", "ate:rmse", "runs"} <= set(found.summary)
+    again = compare(found.runs, by="ate:rmse")
+    assert again.pairs["better"].iloc[0] == "a_b"
+    assert compare(found.runs).verdict == found.verdict
 
 
 def test_a_gap_of_the_reference_is_longer_than_two_expected_frames(tmp_path):

@@ -54,7 +54,7 @@ def test_no_offset_is_found_where_there_is_none():
     for step in (1, 10, 60):  # one in 3 s: too far apart to compare
         added, (note,) = offset(truth, disturbed(truth, 0.0, step, sigma=0.03))
         assert added == 0
-        assert note.startswith("no time offset added: none makes its motions fit")
+        assert note.startswith("no time offset added: ")
 
 
 def test_frames_and_scale_do_not_matter():
@@ -81,7 +81,9 @@ def test_a_clock_that_is_off_is_noted_with_the_option_that_corrects_it():
 
 def test_motions_that_fit_nowhere_are_refused_if_the_clocks_have_no_time_in_common():
     other = walk(7)
-    with pytest.raises(ValueError, match=r"no time offset makes its motions fit .* --t_offset X"):
+    with pytest.raises(
+        ValueError, match=r"no time offset makes its motions .* with certainty.*; --t_offset X"
+    ):
         evaluate(walk(), Trajectory(other.keys + 1000, other.poses), t_offset="auto")
 
 

@@ -134,8 +134,11 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     assert printed == {**expected, "name": printed["name"], "file": str(estimate)}
 
     found = compare(str(reference), str(pattern), cache=tmp_path, **settings)
-    (compared,) = found.to_dict()["results"]
-    assert numbers(compared) == {**numbers(expected), "metrics": in_columns(expected["metrics"])}
+    (compared,) = found.to_dict()["runs"]
+    expected_row = numbers(expected) | in_columns(expected["metrics"])
+    expected_row["d"] = expected_row.pop("unit")
+    del expected_row["metrics"]
+    assert {name: compared[name] for name in expected_row} == expected_row
     cached = set(tmp_path.iterdir())
     options = *words(settings), "--json", "--cache", tmp_path, "--jobs", 1
     _, out, _ = command("compare", settings["format"], reference, pattern, *options)

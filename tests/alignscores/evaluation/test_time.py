@@ -1,5 +1,7 @@
 """Time is the measure: the scores of keyframes, of all frames and of interrupted tracks."""
 
+from contextlib import nullcontext, suppress
+
 import numpy as np
 import pytest
 from evo.core import metrics, sync
@@ -108,9 +110,10 @@ def test_losing_a_tenth_of_the_time_costs_a_tenth(step):
 
 
 def test_a_pose_covers_half_the_largest_gap_on_either_side():
-    for pose, max_gap, covered in ((1200, 2, 2), (1200, 5, 5), (0, 2, 1), (N - 1, 2, 1)):
-        found = evaluate(TRUTH, of_rows(TRUTH, [pose]), max_gap=max_gap)
-        assert found.lost * N / RATE == pytest.approx(N / RATE - covered, abs=0.2)
+    """Four poses within 0.15 s count as one here."""
+    for pose, max_gap, covered in ((1200, 2, 2), (1200, 5, 5), (0, 2, 1), (N - 4, 2, 1)):
+        found = evaluate(TRUTH, of_rows(TRUTH, range(pose, pose + 4)), max_gap=max_gap)
+        assert found.lost * N / RATE == pytest.approx(N / RATE - covered - 0.15, abs=0.2)
 
 
 def test_with_a_largest_gap_of_zero_each_frame_needs_a_pose():
@@ -178,7 +181,7 @@ def check_that_fewer_poses_gain_nothing(truth, estimate):
 
 
 def check_that_a_pose_more_makes_no_jump(truth, estimate):
-    """From 1 to 40 poses, each added in the middle of the longest gap."""
+    """From 4 matched poses to 40, each added in the middle of the longest gap."""
     rows, pas = [0, len(estimate.keys) - 1], []
     while len(rows) < 40:
         longest = int(np.argmax(np.diff(estimate.keys[rows])))
@@ -187,7 +190,8 @@ def check_that_a_pose_more_makes_no_jump(truth, estimate):
         if row in rows:
             break
         rows = sorted([*rows, row])
-        pas.append(evaluate(truth, of_rows(estimate, rows)).pas)
+        with nullcontext() if len(rows) >= 8 else suppress(ValueError):  # fewer than 4 matched
+            pas.append(evaluate(truth, of_rows(estimate, rows)).pas)
     changes = np.diff(pas)
     assert changes.max() <= 0.05
     assert changes.min() >= -0.02

@@ -13,8 +13,10 @@ from ..io import Trajectory
 
 __all__ = [
     "breaks",
+    "chord_error",
     "covered_frames",
     "nearest_stamps",
+    "poses_at",
     "reference_at",
     "reference_gap",
     "sampled_rows",
@@ -109,6 +111,44 @@ def _between(first: Floats, second: Floats, share: Floats) -> Floats:
     turns = rotations_from_quaternions(np.vstack([np.sin(half) * axes, np.cos(half)]).T)
     poses[:, :3, :3] = turns @ start
     return poses
+
+
+def chord_error(reference: Trajectory, gap: float) -> float:
+    """Return the RMS distance of straight lines between reference poses from the true path.
+
+    Each pose is left out in turn and interpolated between its neighbours. Their lines are twice as
+    long as those between poses, and four times as far off.
+    """
+    stamps, positions = reference.keys, reference.poses[:, :3, 3]
+    inside = np.flatnonzero(stamps[2:] - stamps[:-2] <= 2 * gap) + 1
+    if len(inside) == 0:
+        return 0.0
+    first, last = inside - 1, inside + 1
+    share = (stamps[inside] - stamps[first]) / (stamps[last] - stamps[first])
+    line = positions[first] + share[:, None] * (positions[last] - positions[first])
+    return float(np.sqrt(np.mean(((positions[inside] - line) ** 2).sum(axis=1)))) / 4
+
+
+def poses_at(stamps: Floats, estimate: Trajectory, *, near: float, t_max_diff: float) -> Trajectory:
+    """Return an estimate at stamps, for a reference that is too sparse to be interpolated.
+
+    Each stamp has the nearest pose within `near`, otherwise the estimate interpolated between poses
+    at most a quarter of the median step apart, otherwise the nearest pose within `t_max_diff`.
+    """
+    rows, distance = nearest_stamps(estimate.keys, stamps)
+    after = np.clip(np.searchsorted(estimate.keys, stamps), 1, len(estimate.keys) - 1)
+    before = after - 1
+    length = estimate.keys[after] - estimate.keys[before]
+    between = (stamps > estimate.keys[before]) & (stamps < estimate.keys[after])
+    between &= (distance > near) & (length <= np.median(np.diff(stamps)) / 4)
+    keys, poses = estimate.keys[rows], estimate.poses[rows]
+    first, last = before[between], after[between]
+    share = (stamps[between] - estimate.keys[first]) / length[between]
+    poses[between] = _between(estimate.poses[first], estimate.poses[last], share)
+    keys[between] = stamps[between]
+    some = np.flatnonzero(between | (distance <= t_max_diff))
+    some = some[np.unique(keys[some], return_index=True)[1]]
+    return Trajectory(keys[some], poses[some])
 
 
 def nearest_stamps(stamps: Floats, times: Floats) -> tuple[Indices, Floats]:

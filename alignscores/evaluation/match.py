@@ -14,20 +14,34 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 from ..io import Trajectory, read_stamps
-from ..trajectories.timeline import (
+from ..translation import closest_pair_quartile
+from ..validation import finite_rows
+from .reading import KEY_KINDS, check_duplicates, first_rows, warn
+from .settings import Settings
+from .time import (
+    chord_error,
     covered_frames,
     nearest_stamps,
+    poses_at,
     reference_at,
     reference_gap,
     sampled_rows,
 )
-from ..trajectories.timing import find_offset
-from ..translation import closest_pair_quartile
-from ..validation import finite_rows
-from .reading import KEY_KINDS, first_rows, warn
-from .settings import Settings
 
-__all__ = ["Matches", "check_scorable", "match", "poses_of_rows", "with_time_offset"]
+__all__ = [
+    "Matches",
+    "check_scorable",
+    "match",
+    "no_clock",
+    "poses_of_rows",
+    "with_stamps_of_sparse",
+]
+
+SPARSE_STEP = 0.11  # seconds between poses: a reference slower than the default rate
+MAX_CHORD = 0.02  # RMS error of straight lines between reference poses, in units of d
+EVO_T_MAX_DIFF = 0.01  # seconds
+MIN_STEP = 1e-4  # seconds; smaller ones are no camera's
+MIN_POSES, MIN_SHARE = 4, 0.05  # with a reference, below which an estimate is refused
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +99,8 @@ def match(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Ma
         matches = _by_time(reference, estimate, settings)
     else:
         matches = _by_key(reference, estimate, settings)
-    if matches.duplicate >= len(estimate.keys) / 10:
-        what = "time stamp" if matches.timed else "name"
-        raise ValueError(
-            f"{matches.duplicate} of {len(estimate.keys)} poses of the estimate have the {what} of "
-            "another one; write stamps with all their digits, and each pose once"
-        )
+    n = len(estimate.keys)
+    check_duplicates(n, n - matches.duplicate, matches.keys, "estimate")
     if settings.missing == "fail":
         return matches
     scored = matches.est_rows >= 0
@@ -102,14 +112,22 @@ def check_scorable(
     reference: Trajectory, estimate: Trajectory, matches: Matches, settings: Settings
 ) -> None:
     """Raise a ValueError that says what to do where poses are too few, or d is undefined."""
-    n_scored = matches.n_poses if settings.missing == "ignore" else len(matches.keys)
-    if n_scored < min(4, len(reference.keys)):
+    n_poses, n = matches.n_poses, len(estimate.keys)
+    share = 1 - matches.unmatched / max(n - matches.duplicate, 1)
+    covered = matches.matched / len(matches.expected_rows)
+    few = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    if few and matches.timed:  # poses may be closer together than frames, not than the reference
+        nearest, _ = nearest_stamps(reference.keys, estimate.keys[matches.pose_rows])
+        n_poses = len(np.unique(nearest))
+        few = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    if few or (share < MIN_SHARE and covered < MIN_SHARE):
         options = f"--missing {settings.missing}"
         if matches.timed:
             options += f", --t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g}"
+        needed = f"{MIN_POSES} poses" if few else f"{MIN_SHARE:.0%} of either"
         raise ValueError(
-            f"only {matches.n_poses} of {len(estimate.keys)} poses could be matched to the "
-            f"reference, and it takes 4 ({options})"
+            f"only {n_poses} of {n} poses could be matched to the reference, for {covered:.1%} of "
+            f"the expected frames, and it takes {needed} ({options})"
         )
     if np.isnan(matches.unit):
         n = len(matches.expected_rows)
@@ -121,23 +139,39 @@ def check_scorable(
         raise ValueError(f"d cannot be derived: {reason}; --unit sets it")
 
 
-def with_time_offset(
+def with_stamps_of_sparse(
     reference: Trajectory, estimate: Trajectory, settings: Settings
-) -> tuple[Trajectory, float]:
-    """Return an estimate with the clock of the reference, and the seconds that were added."""
-    if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
-        return estimate, 0.0
-    if settings.t_offset != "auto":
-        seconds = float(settings.t_offset)
-    elif (offset := find_offset(reference, estimate, anywhere=True)) and offset.certain:
-        seconds = offset.seconds
-    elif estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
-        raise ValueError(
-            "no time offset makes its motions fit the reference's; --t_offset X sets one"
-        )
-    else:
-        seconds = 0.0
-    return estimate._replace(keys=estimate.keys + seconds), seconds
+) -> tuple[Trajectory, Settings, float]:
+    """Return an estimate at the stamps of a reference that is too sparse to be interpolated.
+
+    The third value is the RMS error of straight lines between its poses, in units of d; zero where
+    these are used. The rule depends on the reference and the settings only.
+    """
+    if settings.sync != "auto" or not reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
+        return estimate, settings, 0.0
+    if len(reference.keys) < MIN_POSES or np.median(np.diff(reference.keys)) < SPARSE_STEP:
+        return estimate, settings, 0.0
+    rows, _ = _expected_rows(reference.keys, settings)
+    unit = _unit(reference.poses[rows], settings)
+    gap = reference_gap(reference.keys, settings.frames_per_second)
+    chord = chord_error(reference, gap) / unit
+    if not chord > MAX_CHORD:
+        return estimate, settings, 0.0
+    some = first_rows(estimate.keys, _present(estimate.poses), "estimate")
+    at_stamps = poses_at(
+        reference.keys,
+        Trajectory(estimate.keys[some], estimate.poses[some]),
+        near=min(settings.t_max_diff, EVO_T_MAX_DIFF),
+        t_max_diff=settings.t_max_diff,
+    )
+    return at_stamps if len(at_stamps.keys) else estimate, replace(settings, sync="nearest"), chord
+
+
+def no_clock(stamps: Floats) -> str:
+    """Return the reason why stamps tell no time, or an empty string."""
+    if len(stamps) < 2 or np.median(np.diff(np.sort(stamps))) >= MIN_STEP:
+        return ""
+    return "; its stamps count by one and tell no time: no --t_offset helps"
 
 
 def poses_of_rows(estimate: Trajectory, rows: Indices) -> Floats:
@@ -154,9 +188,8 @@ def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) ->
     present = _present(estimate.poses)
     all_rows = first_rows(estimate.keys, present, "estimate")
     stamps = estimate.keys[all_rows]
-    interpolated = settings.sync == "interpolate"
-    gap = reference_gap(reference.keys, settings.frames_per_second) if interpolated else 0.0
-    t_max_diff = settings.t_max_diff
+    nearest_only, t_max_diff = settings.sync == "nearest", settings.t_max_diff
+    gap = 0.0 if nearest_only else reference_gap(reference.keys, settings.frames_per_second)
     at_poses, has_reference = reference_at(reference, stamps, gap=gap, t_max_diff=t_max_diff)
     if not has_reference.any():
         raise _nothing_in_common(reference.keys, stamps, t_max_diff)
@@ -171,6 +204,8 @@ def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) ->
         raise _nothing_in_common(frames.keys, stamps, t_max_diff)
     covering = np.where(covered, est_rows[nearest], -1)
     within = _is_expected(estimate.keys[est_rows], settings)
+    if nearest_only and len(est_rows) > len(reference.keys):  # as evo: a pose a reference pose
+        within &= _is_nearest(reference.keys, estimate.keys[est_rows])
     return Matches(
         keys=frames.keys,
         gt_poses=np.where(covered[:, None, None], at_poses[nearest], frames.poses),
@@ -227,6 +262,15 @@ def _is_expected(stamps: Floats, settings: Settings) -> Booleans:
     return np.asarray((stamps >= low) & (stamps <= high))
 
 
+def _is_nearest(ref_stamps: Floats, stamps: Floats) -> Booleans:
+    """Return which poses are, of those with the same nearest reference pose, the nearest to it."""
+    partners, distance = nearest_stamps(ref_stamps, stamps)
+    order = np.lexsort((distance, partners))
+    nearest = np.zeros(len(stamps), dtype=bool)
+    nearest[order[np.unique(partners[order], return_index=True)[1]]] = True
+    return nearest
+
+
 def _present(poses: Floats) -> Booleans:
     """Return which poses are not all NaN, which is no pose; all of them where all are NaN."""
     present = ~np.asarray(np.isnan(poses[:, :3]).all(axis=(1, 2)))
@@ -246,8 +290,8 @@ def _unit(poses: Floats, settings: Settings) -> float:
 def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float) -> ValueError:
     """Return the error of an estimate without a pose near one of the reference."""
     inside = est_stamps[(est_stamps >= ref_stamps[0]) & (est_stamps <= ref_stamps[-1])]
-    hint = "; if their clocks differ, --t_offset auto finds the offset"
-    if len(inside):
+    hint = no_clock(est_stamps)
+    if len(inside) and not hint:
         distance = float(np.median(nearest_stamps(ref_stamps, inside)[1]))
         hint = (
             f"; the nearest ones are usually {distance:.4f} s apart: --t_offset moves the "

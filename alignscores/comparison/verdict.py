@@ -1,0 +1,198 @@
+"""The comparison in words: who is ahead of whom, who was not tested, how many runs are needed."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import scipy
+
+from ..texts import alike, first_few
+from .runs import SEPARATOR
+from .statistics import LEVEL, MIN_RUNS
+from .summary import DEPENDENT, PAIRED, SINGLE, Design, common_sequences, records
+
+__all__ = ["difference_text", "notes_on_runs", "p_text", "verdict"]
+
+
+def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFrame) -> list[str]:
+    """Return sentences on the systems over all."""
+    scored = runs[runs["status"] == "scored"]
+    if len(scored) and not scored[by].notna().any():
+        if "TAS" in scored and scored["TAS"].notna().any():
+            return [f"no run has a {by}, which takes rotations; --by TAS compares by positions"]
+        return [f"no run has a {by}"]
+    order = overall["system"].tolist()
+    pairs = pairs[pairs["sequence"].isna()].copy()
+    places = pairs[["a", "b"]].map(order.index)
+    pairs = pairs.assign(first=places.min(axis=1), second=places.max(axis=1))
+    pairs = pairs.sort_values(["first", "second"])
+    tested = pairs[pairs["p"].notna()]
+    lines = []
+    if len(tested):
+        leader = order[tested["first"].iloc[0]]
+        of_leader = tested[(tested["a"] == leader) | (tested["b"] == leader)]
+        lines = _of_leader(leader, records(of_leader), by, len(tested))
+    if len(tested) > 1:
+        n = int(tested["better"].notna().sum())
+        lines.append(
+            f"{n} of {len(tested)} pairs of systems differ significantly; at most "
+            f"{100 * LEVEL:.0f} % of the differences that are called significant are expected to "
+            "be false."
+        )
+    return [*lines, *_needed(pairs), *_lacking(runs, by)]
+
+
+def p_text(p: float) -> str:
+    """Return a p-value."""
+    return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+
+
+def difference_text(value: float, low: float, high: float, *, significant: bool) -> str:
+    """Return a difference, with its interval where it is significant, so that both agree."""
+    text = f"{value:+.3g}"
+    has_interval = significant and math.isfinite(low)
+    return f"{text} ({low:.3g} to {high:.3g})" if has_interval else text
+
+
+def _of_pair(pair: dict[str, Any], by: str, n_tested: int) -> str:
+    """Return who of two is ahead, how often it wins, and by how much."""
+    wins, gain, low, high = (pair[name] for name in ("wins", "difference", "low", "high"))
+    first, second = pair["a"], pair["b"]
+    ahead = isinstance(pair["better"], str)
+    if pair["better"] == pair["b"] or (not ahead and wins < 0.5):
+        wins, gain, low, high = 1 - wins, -gain, -high, -low
+        first, second = second, first
+    who = f"{first} is ahead of {second}: it"
+    if not ahead:
+        who = f"{first} and {second} are not distinguishable: {first}"
+    where = f"{pair['sequences']} sequence{'s' * (pair['sequences'] > 1)}"
+    certain = p_text(pair["p_raw"])
+    if n_tested > 1:
+        certain += f", adjusted for {n_tested} pairs {pair['p']:.2g}"
+    size = difference_text(gain, low, high, significant=ahead)
+    mean = f", mean {by} {size}" if math.isfinite(gain) else ""
+    return f"{who} wins {100 * wins:.0f} % of the run pairs on {where} ({certain}){mean}."
+
+
+def _of_leader(leader: str, tested: Sequence[dict[str, Any]], by: str, n_tested: int) -> list[str]:
+    """Compare the first system with the second in full, and with the others in short."""
+    first, *others = tested
+    lines = [_of_pair(first, by, n_tested)]
+    if math.isfinite(first["p_like_these"]):
+        ahead = first["better_like_these"]
+        who = f"{ahead} is ahead" if isinstance(ahead, str) else "they are not distinguishable"
+        lines.append(f"On sequences like these, {who} ({p_text(first['p_like_these'])}).")
+    kinds: dict[str, list[str]] = {"ahead of": [], "behind": [], "not distinguishable from": []}
+    for pair in others:
+        other = pair["b"] if pair["a"] == leader else pair["a"]
+        better = pair["better"]
+        known = isinstance(better, str)
+        kind = (
+            "not distinguishable from"
+            if not known
+            else "ahead of"
+            if better == leader
+            else "behind"
+        )
+        kinds[kind].append(other)
+    return lines + [f"{leader} is {kind} {first_few(own)}." for kind, own in kinds.items() if own]
+
+
+def _needed(pairs: pd.DataFrame) -> list[str]:
+    """Return which pairs no result could make significant, and how many runs are needed."""
+    lines = []
+    mute = pairs[pairs["needed"] != ""]
+    names = ["method", "runs_a", "runs_b", "sequences", "needed"]
+    for _, own in mute.groupby(names, sort=False):
+        method, runs_a, runs_b, sequences, needed = (records(own)[0][name] for name in names)
+        fewer, more = sorted((runs_a, runs_b))
+        where = f"{sequences} sequence{'s' * (sequences > 1)}"
+        if method == SINGLE:
+            have = f"single runs on {where}"
+        elif method == PAIRED:
+            have = f"so few paired runs on {where}"
+        elif method == DEPENDENT and fewer < MIN_RUNS:
+            have = f"{fewer} runs that are on all of {where}"
+        else:
+            each = f"{fewer} runs each" if fewer == more else f"{fewer} and {more} runs"
+            have = f"{each} on {where}"
+        who = [f"{row['a']} and {row['b']}" for row in records(own)]
+        several = f" ({len(who)} pairs)" if len(who) > 1 else ""
+        lines.append(
+            f"{first_few(who)}{several}: with {have} no result could be significant; "
+            f"{needed} are needed."
+        )
+    return lines
+
+
+def _lacking(runs: pd.DataFrame, by: str) -> list[str]:
+    """Return which systems were not run on all sequences, and what the means are over."""
+    tried = pd.crosstab(runs["system"], runs["sequence"]).gt(0)
+    tried = tried[runs["sequence"].unique()]  # in their order
+    lines = [
+        f"{system} has no run on {n} of {len(own)} sequences ({first_few(list(own.index[~own]))})."
+        for system, own in tried.iterrows()
+        if (n := int((~own).sum()))
+    ]
+    if lines:
+        common = common_sequences(runs)
+        which = f"the {len(common)} sequences" if len(common) > 1 else "the only sequence"
+        lines.append(
+            f"Means are over {which} that all systems have ({first_few(common)}), {by} (all) is "
+            "over all that a system has; --expect_all counts the missing ones as failed."
+            if common
+            else "No sequence has runs of all systems, so that their means cannot be compared; "
+            "--expect_all counts the missing ones as failed."
+        )
+    return lines
+
+
+def notes_on_runs(runs: pd.DataFrame, by: str, design: Design) -> list[str]:
+    """Return the notes on the runs: copies, numbers of runs, dependence, and those on files."""
+    names = runs["sequence"] + ", " + runs["system"]
+    copies = [
+        f"{first_few(list(own['run']))} of {name} have the scores of an earlier run (copies, or a "
+        "deterministic system): they do not count"
+        for name, own in runs[runs["status"] == "copy"].groupby(names, sort=False)
+    ]
+    lines = alike([("", note) for note in copies])
+    runs = runs[runs["status"] != "copy"]
+    numbers = runs.groupby(["system", "sequence"], sort=False).size().groupby("system").max()
+    if numbers.max() > numbers.min() > 1:
+        most, fewest = numbers.idxmax(), numbers.idxmin()
+        lines.append(
+            f"{fewest} has {numbers.min()} runs on a sequence, {most} {numbers.max()}: "
+            "were bad runs left out? Runs count as failed if the YAML file says how many there are"
+        )
+    if design == "independent" and (p := _dependence(runs, by)) <= LEVEL:
+        lines.append(
+            f"runs of the same name are good or bad together over the sequences ({p_text(p)}), as "
+            "if they shared a build or a night: --runs dependent counts each as one value"
+        )
+    for _, own in runs.groupby("system", sort=False):
+        lines += alike(
+            ("{sequence}, {system}, run {run}".format(**row), note)
+            for row in records(own)
+            for note in row["notes"].split(SEPARATOR)
+            if note
+        )
+    return lines
+
+
+def _dependence(runs: pd.DataFrame, by: str) -> float:
+    """Return the p-value of Friedman's test that runs of a name are ranked alike on sequences.
+
+    The statistics of the systems add up; a system counts with the runs that all sequences have.
+    """
+    statistic, free = 0.0, 0
+    for _, own in runs.groupby("system", sort=False):
+        table = own.pivot(index="sequence", columns="run", values=by).dropna(axis="columns")
+        if min(len(table), len(table.columns) - 1) < 2:
+            continue
+        with np.errstate(invalid="ignore", divide="ignore"):  # of runs that are all equal
+            found = scipy.stats.friedmanchisquare(*table.to_numpy().T).statistic
+        if np.isfinite(found):
+            statistic, free = statistic + found, free + len(table.columns) - 1
+    return float(scipy.stats.chi2.sf(statistic, free)) if free else 1.0
