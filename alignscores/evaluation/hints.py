@@ -49,6 +49,7 @@ __all__ += ["rotate_cameras"]
 NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
 SAMPLE = 300  # cameras looked at
+MOTION_DEG = 30.0  # largest rotation from one frame to the next
 STEPS = 5  # in which B and Q are refined in turn
 CLEARLY = 0.02  # in RAS, by which a less likely convention must be better
 CONSISTENT_DEG = 20.0  # between the alignments of positions and rotations
@@ -615,7 +616,9 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
     now = np.inf
     if n == len(reference.keys):
         now = _position_fit(reference.poses[some], estimate.poses[some])[0]
-    for side, inverse in product((EST, REF, BOTH), (False, True)):
+    # The product of poses of a common frame can hide noise: both files must look like motions.
+    both = [BOTH] if _hardly_rotates(reference) and _hardly_rotates(estimate) else []
+    for side, inverse in product((EST, REF, *both), (False, True)):
         ref, est = (
             one._replace(poses=_product(one.poses, inverse)) if side in (changed, BOTH) else one
             for changed, one in ((REF, reference), (EST, estimate))
@@ -628,6 +631,13 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
                 continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
         yield _Remedy("increments", text, "write their product, pose by pose", ref, est)
+
+
+def _hardly_rotates(trajectory: Trajectory) -> bool:
+    """Return whether all rotations are small, as from frame to frame, and not all the same."""
+    rotations = trajectory.poses[:, :3, :3]
+    small = np.trace(rotations, axis1=1, axis2=2).min() > 1 + 2 * np.cos(np.radians(MOTION_DEG))
+    return bool(small) and not _has_constant(trajectory)
 
 
 def _product(poses: Floats, inverse: bool) -> Floats:

@@ -60,6 +60,7 @@ class Matches:
     without_reference: Floats  # stamps of `Settings.frames` without a reference pose
     pose_rows: Indices  # every estimated pose that has a reference, each once
     pose_references: Floats  # the reference of each, by time stamps at the pose's own time
+    n_rig_frames: int = 0  # which d counts as one camera each; 0 where each camera counts
     has_rotations: bool = True  # of both; otherwise they are the identity
 
     @property
@@ -152,7 +153,7 @@ def with_stamps_of_sparse(
     if len(reference.keys) < MIN_POSES or np.median(np.diff(reference.keys)) < SPARSE_STEP:
         return estimate, settings, 0.0
     rows, _ = _expected_rows(reference.keys, settings)
-    unit = _unit(reference.poses[rows], settings)
+    unit = _unit(reference.positions[rows], settings)
     gap = reference_gap(reference.keys, settings.frames_per_second)
     chord = chord_error(reference, gap) / unit
     if not chord > MAX_CHORD:
@@ -183,7 +184,7 @@ def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) ->
     """Find the pose that covers each expected frame."""
     rows, without_reference = _expected_rows(reference.keys, settings)
     frames = Trajectory(reference.keys[rows], reference.poses[rows])
-    unit = _unit(frames.poses, settings)
+    unit = _unit(frames.positions, settings)
 
     present = _present(estimate.poses)
     all_rows = first_rows(estimate.keys, present, "estimate")
@@ -277,14 +278,40 @@ def _present(poses: Floats) -> Booleans:
     return present if present.any() else ~present
 
 
-def _unit(poses: Floats, settings: Settings) -> float:
-    """Return d of the poses unless it is set; NaN where it is undefined."""
+def _unit(positions: Floats, settings: Settings, rig_frames: Indices | None = None) -> float:
+    """Return d of the positions unless it is set; NaN where it is undefined."""
     if settings.unit is not None:
         return settings.unit
     try:
-        return closest_pair_quartile(poses[:, :3, 3])
+        return closest_pair_quartile(positions, groups=rig_frames)
     except ValueError:
         return np.nan
+
+
+def _rig_frames(keys: NDArray[Any], positions: Floats, settings: Settings) -> Indices | None:
+    """Return a label for each image, the same for those of one rig frame; None without a rig.
+
+    Images with the same file name in different folders are of one rig frame if they are closer
+    together than rig frames are: several recordings can have the same file names, too.
+    """
+    if keys.dtype.kind != "U" or settings.rig_frames == "none" or settings.unit is not None:
+        return None
+    if settings.rig_frames == "auto":
+        frames = [key.rpartition("/")[2] for key in keys]
+    else:
+        found = [re.search(settings.rig_frames, key) for key in keys]
+        if not any(found):
+            raise ValueError(f"rig_frames: no name fits, such as {str(keys[0])!r}")
+        frames = [one.group(1) if one else key for one, key in zip(found, keys, strict=True)]
+    _, labels, counts = np.unique(frames, return_inverse=True, return_counts=True)
+    if counts.max() == 1:
+        return None
+    if settings.rig_frames == "auto":
+        means = np.stack([np.bincount(labels, axis) for axis in positions.T], axis=1)
+        apart = np.linalg.norm(positions - (means / counts[:, None])[labels], axis=1)
+        if not np.median(apart) < _unit(positions, settings, labels):
+            return None
+    return labels
 
 
 def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float) -> ValueError:
@@ -320,6 +347,8 @@ def _by_key(reference: Trajectory, estimate: Trajectory, settings: Settings) -> 
     est_rows = np.where(partners >= 0, rows[partners], -1)
     expected = np.flatnonzero(finite_rows(reference.poses))
     gt_poses, est_rows = reference.poses[expected], est_rows[expected]
+    positions = gt_poses[:, :3, 3]
+    rig_frames = _rig_frames(ref_keys[expected], positions, settings)
     return Matches(
         keys=ref_keys[expected],
         gt_poses=gt_poses,
@@ -327,7 +356,8 @@ def _by_key(reference: Trajectory, estimate: Trajectory, settings: Settings) -> 
         gt_rows=expected,
         est_rows=est_rows,
         expected_rows=expected,
-        unit=_unit(gt_poses, settings),
+        unit=_unit(positions, settings, rig_frames),
+        n_rig_frames=0 if rig_frames is None else len(np.unique(rig_frames)),
         unmatched=len(rows) - int(np.sum(partners >= 0)),
         duplicate=len(est_keys) - len(rows),
         without_reference=np.empty(0),

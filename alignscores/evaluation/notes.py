@@ -195,7 +195,8 @@ def low_score(evaluation: Evaluation) -> Note | None:
         where = _stretch(matches.keys - evaluation.reference.keys[0], far) if matches.timed else ""
         reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")
     bad = f"{np.mean(turned):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
-    reasons.append(bad if np.mean(turned) > SOME else "rotations fine")
+    if np.isfinite(ras.errors).any():
+        reasons.append(bad if np.mean(turned) > SOME else "rotations fine")
     return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
 
 

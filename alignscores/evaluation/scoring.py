@@ -311,6 +311,12 @@ def _of_matching(found: _Compared, settings: Settings) -> list[Note]:
             f"off by {found.chord:.1%} of d; poses are compared at its own stamps"
         )
         notes.append(Note("sparse", text))
+    if n_rig_frames := found.matches.n_rig_frames:
+        text = (
+            f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean "
+            "position; --rig_frames none counts each camera"
+        )
+        notes.append(Note("rig", text))
     return notes
 
 

@@ -1,6 +1,7 @@
 """The settings of an evaluation: their names, defaults, bounds and help stand here alone."""
 
 import math
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
@@ -218,6 +219,12 @@ class Settings:
     unit: float | None = _number(
         None, "d in the reference's unit (default: from the reference)", positive=True
     )
+    rig_frames: str = _setting(
+        "auto",
+        "images that d counts as one camera, at their mean position. auto: those with the same "
+        "file name in different folders, if they are close together; none; or a regular expression "
+        r"whose group is the rig frame in the name, such as '(\d+)\.png$'",
+    )
     max_threshold: float = _number(1.0, "largest threshold of the TAS in units of d", positive=True)
     max_threshold_deg: float = _number(
         10.0, "largest threshold of the RAS in degrees", positive=True
@@ -275,6 +282,7 @@ class Settings:
         for name in ("columns", "ref_columns", "est_columns"):
             if values[name] is not None:
                 parse_columns(values[name])
+        _check_rig_frames(self.rig_frames)
         values["invert"] = values["est_invert"] = values["invert"] or values["est_invert"]
         values["frames"] = _stamps_or_path(self.frames)
         names = split_names(self.metrics) if isinstance(self.metrics, str) else self.metrics
@@ -380,6 +388,18 @@ class Settings:
     def est_form(self) -> Format:
         """The format of the estimates."""
         return FORMATS[self.est_format] if self.est_format else self.form
+
+
+def _check_rig_frames(text: str) -> None:
+    """Raise a ValueError for a text that is neither a word nor a regular expression."""
+    if text in ("auto", "none"):
+        return
+    try:
+        n_groups = re.compile(text).groups
+    except (re.error, TypeError) as error:
+        raise ValueError(f"rig_frames {brief(text)} is no regular expression: {error}") from None
+    if n_groups != 1:
+        raise ValueError(r"rig_frames needs one group in brackets, as in '(\d+)\.png$'")
 
 
 def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:

@@ -380,3 +380,13 @@ def test_any_estimate_has_a_score(registration, cloud, n, seed, changes):
         assert np.isfinite(result.alignment.scale)
         assert np.isfinite(result.alignment.translation).all()
         np.testing.assert_allclose(np.linalg.det(result.alignment.rotation), 1)
+
+
+def test_errors_beyond_all_numbers_are_infinite():
+    gt = np.random.default_rng(0).normal(size=(40, 3))
+    gt[0] = 1e300
+    gt[1:] *= 1e-12
+    for registration in ("pcr99", "refined"):
+        errors = tas(gt, gt, registration=registration, unit=1e-12).errors
+        assert errors[0] == np.inf
+        assert np.isfinite(errors[1:]).all()

@@ -77,14 +77,15 @@ void squared_errors(const cameras *c, const similarity *s, double *squares)
     measure_errors(c->gt, c->est, c->stride, c->n, *s, squares);
 }
 
-/* Errors of normalised points (3, n), in units of the ground truth. */
+/* Errors of normalised points (3, n), in units of the ground truth; infinite where the difference of
+   numbers that overflow is none. */
 EXPORTED
 void position_errors(size_t n, const double *gt, const double *est, const similarity *s, double unit,
                      double *errors)
 {
     squared_errors(&(cameras){n, n, gt, est}, s, errors);
     for (size_t i = 0; i < n; i++)
-        errors[i] = unit * sqrt(errors[i]);
+        errors[i] = isnan(errors[i]) ? INFINITY : unit * sqrt(errors[i]);
 }
 
 INLINED triangle measured(const double *points, size_t n, triplet t)

@@ -280,3 +280,16 @@ def test_an_estimate_in_millimetres_is_named_where_the_scale_counts():
     found = evaluate(Trajectory(times, truth), Trajectory(times, estimate), alignment="rigid")
     (hint,) = [note for note in found.notes if note.kind == "units"]
     assert "the positions of the estimate seem to be in mm" in hint.text
+
+
+@pytest.mark.parametrize("sigma", [0.05, 0.1, 0.2])
+def test_noisy_positions_far_from_the_origin_are_no_motions(sigma):
+    """Their product would hide the noise: steps are as long as the origin is far."""
+    rng = np.random.default_rng(0)
+    gt = np.tile(np.eye(4), (80, 1, 1))
+    gt[:, :3, 3] = rng.random((80, 3)) + 5
+    est = gt.copy()
+    est[:, :3, 3] += rng.normal(scale=sigma, size=(80, 3))
+    stamps = np.arange(80) / 10
+    evaluation = evaluate(Trajectory(stamps, gt), Trajectory(stamps, est))
+    assert "increments" not in {note.kind for note in evaluation.notes}
