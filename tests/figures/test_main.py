@@ -91,7 +91,7 @@ def test_what_draws_nothing_and_other_tables_are_refused(table, tmp_path, capsys
 
 def test_a_table_at_fault_is_named_in_one_line_and_stays(table, tmp_path, capsys):
     lost = tmp_path / "no.csv"
-    for draw in (["outliers"], ["studies.beyond.figure:draw"], []):
+    for draw in (["outliers"], ["studies.beyond:draw"], []):
         assert refused(capsys, tmp_path, *draw, lost).startswith(f"{lost} does not exist")
     changed = tmp_path / "changed.csv"
     changed.write_bytes(table.read_bytes() + b"\n")
