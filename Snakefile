@@ -14,6 +14,7 @@
 #   snakemake report                           all of it in one file, results/report.html
 import shlex
 import sys
+from contextlib import suppress
 from functools import cache
 from hashlib import sha256
 from math import ceil
@@ -46,6 +47,7 @@ SETTINGS = {key: value for key, value in config.items() if key not in OTHER_KEYS
 RESULTS = Path(str(config.get("results_dir", "results")))
 THREADS = config.get("n_jobs", max(1, workflow.cores // len(EXPERIMENTS)))  # processes of an experiment
 TRIALS = config.get("trials", 50)
+NAMES = glob_wildcards(ROOT / "configs/experiment/{name}.yaml").name  # of experiments, your own as well
 
 
 def check_settings():
@@ -53,13 +55,20 @@ def check_settings():
     for key in {"experiment", "name", "output"} & set(SETTINGS):
         raise ConfigError(f"setting {key!r} cannot be set: the workflow decides it")
     load(to_overrides({key: config[key] for key in ["n_jobs"] if key in config}))
+    wrong = {}
     for name in EXPERIMENTS if SETTINGS else []:
-        sweep = load_sweep(overrides(name))
+        try:
+            sweep = load_sweep(overrides(name))
+        except ConfigError as error:  # of some experiments only: an error where they are wanted
+            wrong[name] = error
+            continue
         if RESULTS.resolve() == Path("results").resolve() and sweep != load_sweep([f"experiment={name}"]):
             raise ConfigError(
                 f"{' '.join(to_overrides(SETTINGS))} changes what the paper's figures show; name a folder for "
                 "such results, for example: --config results_dir=quick"
             )
+    if len(wrong) == len(EXPERIMENTS):
+        raise wrong["outliers"]
     if set(OWN_KEYS["threshold_study"]) & config.keys():
         tables_of("threshold_study")  # wrong values end here, whatever the target
 
@@ -105,6 +114,20 @@ def wanted(table, overrides):
     return in_one_sentence(lambda: settings_file(RESULTS, table, [load_sweep(overrides)]))
 
 
+@cache
+def write_settings():
+    """Write the settings of all experiments at once: Snakemake looks only once into a folder."""
+    for name in NAMES:
+        with suppress(ConfigError):  # an error where it is wanted
+            settings_file(RESULTS, f"trials/{name}", [load_sweep(overrides(name))])
+
+
+def wanted_trials(wildcards):
+    """Return the file of the settings that the trials of an experiment should have."""
+    write_settings()
+    return wanted(f"trials/{wildcards.experiment}", overrides(wildcards.experiment))
+
+
 def wanted_replicate(number):
     """Return the file of the settings that a replicate study should have."""
     sweeps = in_one_sentence(sweeps_of_replicates)[number]
@@ -112,11 +135,11 @@ def wanted_replicate(number):
 
 
 # What draws figures imports alignscores.show, which trials do not.
-OF_FIGURES = "comparison.comparison", "evaluation", "trajectories"
+OF_FIGURES = "comparison.comparison", "evaluation", "io"
 
 
 @cache
-def code(*modules, leave_out=("comparison.comparison", "evaluation", "show", "trajectories")):
+def code(*modules, leave_out=("comparison.comparison", "evaluation", "io", "show")):
     """Return a digest of some modules of the project and of all that they import of it."""
     # alignscores imports these when they are asked for, which trials do not.
     finder = ModuleFinder([str(ROOT)], excludes=[f"alignscores.{name}" for name in leave_out])
@@ -153,7 +176,7 @@ localrules:
 
 
 wildcard_constraints:
-    experiment="|".join(glob_wildcards(ROOT / "configs/experiment/{name}.yaml").name),
+    experiment="|".join(NAMES),
     figure=r"\w+",
     study=r"\w+",
     table=r"\w+",
@@ -175,12 +198,13 @@ rule figures:
 # differs from the settings that are wanted, and where the code that trials import has changed.
 rule trials:
     input:
-        lambda w: wanted(f"trials/{w.experiment}", overrides(w.experiment)),
+        wanted_trials,
     output:
         RESULTS / "trials/{experiment}.csv",
         RESULTS / "trials/{experiment}.json",
     params:
         overrides=lambda w: overrides(w.experiment),
+        table=lambda w, output: to_overrides({"output": output[0]}),
         code=lambda w: code("experiments.run"),
     priority: 1
     threads: workflow.cores if THREADS == -1 else THREADS
@@ -192,7 +216,7 @@ rule trials:
     benchmark:
         RESULTS / "benchmarks/trials/{experiment}.tsv"
     shell:
-        "python -m experiments.run {params.overrides:q} n_jobs={threads} output={output[0]:q}"
+        "python -m experiments.run {params.overrides:q} n_jobs={threads} {params.table:q}"
         " hydra.run.dir=. hydra.output_subdir=null > {log:q} 2>&1"
 
 
@@ -354,6 +378,7 @@ use rule trials as study_trials with:
         RESULTS / "trials/{study}/{table}.json",
     params:
         overrides=overrides_of,
+        table=lambda w, output: to_overrides({"output": output[0]}),
         code=lambda w: code("experiments.run"),
     log:
         RESULTS / "logs/trials/{study}/{table}.log",

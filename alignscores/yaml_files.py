@@ -5,7 +5,7 @@ from typing import Any
 
 import yaml
 
-from .io.files import FileError, read_bytes
+from .files import FileError, read_bytes
 
 __all__ = ["load_yaml"]
 

@@ -16,8 +16,8 @@ import pandas as pd
 from ..evaluation.evaluation import finite_or_none
 from ..evaluation.notes import collected_warnings, ends_notes, why
 from ..evaluation.settings import Settings, changed
+from ..files import read_text
 from ..io import FAILURES, FileError, read_stamps, recognise
-from ..io.files import read_text
 from ..metrics import metric
 from ..texts import alike, first_few, printable
 from ..version import __version__

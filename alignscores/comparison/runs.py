@@ -22,8 +22,8 @@ from ..evaluation.reading import files_below, read_reference
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings, options
 from ..extras import require
+from ..files import open_file, read_bytes
 from ..io import FAILURES, FileError, Trajectory
-from ..io.files import open_file, read_bytes
 from ..metrics import metric
 from ..texts import printable
 from ..version import __version__

@@ -8,11 +8,11 @@ know of a file that is read is a `TrajectoryWarning`.
 A new format is a module with a reader and an entry of `formats.FORMATS`.
 """
 
+from ..files import FAILURES, FileError, FilePath
 from .arrays import read_arrays
 from .bags import read_bag
 from .colmap import is_model, read_colmap
 from .columns import parse_columns
-from .files import FAILURES, FileError, FilePath
 from .formats import FORMATS, Format, recognise
 from .g2o import read_g2o
 from .scenes import read_nerf, read_opensfm

@@ -15,8 +15,8 @@ from zipfile import ZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files import MAX_BYTES, FileError, FilePath, Source, read_bytes
 from ..texts import first_few
-from .files import MAX_BYTES, FileError, FilePath, Source, read_bytes
 from .trajectory import Trajectory, check_stamps, checked, in_seconds, poses_from_matrices
 
 __all__ = ["read_arrays"]

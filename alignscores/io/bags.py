@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..extras import require
-from .files import FileError, FilePath, Source, open_file
+from ..files import FileError, FilePath, Source, open_file
 from .trajectory import (
     Trajectory,
     check_stamps,

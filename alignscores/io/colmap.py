@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .files import FileError, FilePath, Source, is_number, numbered_lines, open_file
+from ..files import FileError, FilePath, Source, is_number, numbered_lines, open_file
 from .text import format_of_table, read_hloc
 from .trajectory import Trajectory, checked, inverse_poses, poses_from_quaternions
 

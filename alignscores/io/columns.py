@@ -22,7 +22,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from contextlib import suppress
 
-from .files import FileError, is_number, to_number
+from ..files import FileError, is_number, to_number
 from .tables import COMMENTS, Table
 from .trajectory import MAX_DEVIATION
 

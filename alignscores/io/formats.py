@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..files import FileError, FilePath, read_head
 from .arrays import read_arrays
 from .bags import read_bag
 from .colmap import has_model, read_colmap
-from .files import FileError, FilePath, read_head
 from .g2o import is_g2o, read_g2o
 from .scenes import is_json, is_opensfm, read_nerf, read_opensfm
 from .text import (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .files import FileError, FilePath, Source, numbered_lines, to_number
+from ..files import FileError, FilePath, Source, numbered_lines, to_number
 from .trajectory import Trajectory, checked, poses_from_quaternions
 
 __all__ = ["is_g2o", "read_g2o"]

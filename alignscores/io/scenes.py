@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .files import FileError, FilePath, Source, read_text
+from ..files import FileError, FilePath, Source, read_text
 from .trajectory import (
     Trajectory,
     checked,

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import Floats
-from .files import FileError, FilePath, Source, is_number, numbered_lines, read_head, to_number
+from ..files import FileError, FilePath, Source, is_number, numbered_lines, read_head, to_number
 
 __all__ = ["COMMENTS", "Table", "open_table"]
 

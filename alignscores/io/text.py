@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats
+from ..files import FileError, FilePath, Source
 from .columns import FOUR_ROWS, POSITION, QUATERNION, VECTOR, name_columns
-from .files import FileError, FilePath, Source
 from .tables import Table, open_table
 from .trajectory import (
     TIME_UNITS,

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats
 from ..averaging import nearest_rotations, rotations_from_quaternions
+from ..files import FilePath, Source
 from ..validation import finite_rows
-from .files import FilePath, Source
 
 __all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
 

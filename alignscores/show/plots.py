@@ -9,7 +9,7 @@ from itertools import cycle
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps, pyplot, rc_context
+from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure, SubFigure
@@ -72,7 +72,11 @@ def figure_of(
     if plot_mode not in (None, *PLOT_MODES):
         raise ValueError(f"plot_mode must be one of {', '.join(PLOT_MODES)}, not {plot_mode!r}")
     with rc_context(STYLE):
-        figure = pyplot.figure() if interactive else Figure()
+        figure = Figure()
+        if interactive:
+            from matplotlib import pyplot  # has a state of its own, which no file needs
+
+            figure = pyplot.figure()
         figure.set_layout_engine("constrained")
         if kind:
             figure.set_size_inches(*SIZES[kind])

@@ -15,7 +15,7 @@ from typing import IO
 
 import numpy as np
 
-from ..arrays import Booleans
+from .arrays import Booleans
 
 __all__ = ["FAILURES", "FileError", "FilePath"]
 
