@@ -8,8 +8,8 @@ import threading
 import numpy as np
 import pytest
 
-from alignscores import evaluate
-from alignscores.io import FileError, files, read_arrays, read_tum, recognise
+from alignscores import evaluate, files
+from alignscores.io import FileError, read_arrays, read_tum, recognise
 from alignscores.yaml_files import load_yaml
 
 POSE = "0 1 2 3 0 0 0 1\n"

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-import matplotlib
+import matplotlib.pyplot
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
