@@ -84,7 +84,16 @@ class ScoreProfile:
 
     @cached_property
     def scores(self) -> Floats:
-        """Score at each unit, from 0 to 1; it never falls."""
+        """Score at each unit, from 0 to 1; it never falls.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from alignscores import ScoreProfile
+        >>> errors = np.array([[0.0, 1.0, 2.0]])
+        >>> ScoreProfile(np.array([1.0, 10.0]), errors, n_thresholds=100).scores.round(2)
+        array([0.33, 0.9 ])
+        """
         grid = self.units[:, None] * equal_steps(1.0, self.n_thresholds, "unit")
         areas = [np.searchsorted(errors, grid).sum(axis=1) for errors in self.errors]
         scores: Floats = np.max(areas, axis=0) / (self.n_thresholds * len(self.errors[0]))
@@ -92,7 +101,16 @@ class ScoreProfile:
 
     @cached_property
     def half(self) -> float:
-        """Half-score distance or angle: the unit at which the score is one half."""
+        """Half-score distance or angle: the unit at which the score is one half.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from alignscores import ScoreProfile
+        >>> profile = ScoreProfile(np.array([1.0]), np.array([[0.0, 1.0, 2.0]]), n_thresholds=100)
+        >>> profile.half == profile.unit_at(0.5)
+        True
+        """
         return self.unit_at(0.5)
 
     def unit_at(self, score: float) -> float:

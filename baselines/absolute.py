@@ -39,7 +39,7 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float | Floats:
     The alignment is evo's, and the value that of ``evo_ape --align --correct_scale``. evo refuses
     collinear cameras on an axis of the frame, an estimate that is one point, and clouds whose
     covariance is below 2e-16, since its test of the rank is absolute. The rotation is not unique
-    there, but the RMSE is: `alignscores.similarity.least_squares_rmse` computes it, as for
+    there, but the RMSE is: ``alignscores.similarity.least_squares_rmse`` computes it, as for
     coordinates whose squares would overflow. An estimate that is one point has the RMS distance of
     the ground truth from its centroid.
 

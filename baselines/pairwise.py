@@ -49,9 +49,8 @@ def maa(
     fold_sign : bool
         Take opposite directions for equal, as the original benchmark does.
     pooled : bool
-        Count both angles of every pair instead of the larger one.
-
-    Each of these four options may be a list: several ways to count the same pairs, in one pass.
+        Count both angles of every pair instead of the larger one. Each of these four options may be
+        a list: several ways to count the same pairs, in one pass.
 
     Returns
     -------

@@ -61,7 +61,7 @@ def answer(trials: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     -------
     DataFrame
         One row for each `reading` and `comparison` of a caption: the change of the range of the PAS
-        in per cent in the `paper`, and of the `studies` its `mean`, `sd`, `lowest` and `highest`.
+        in per cent in the `paper`, and of the studies its `mean`, `sd`, `lowest` and `highest`.
     """
     rows = []
     for name, table in trials.items():

@@ -122,7 +122,17 @@ class Comparison:
 
     @cached_property
     def verdict(self) -> list[str]:
-        """Sentences on which systems are ahead, and how certain that is."""
+        """Sentences on which systems are ahead, and how certain that is.
+
+        Examples
+        --------
+        >>> import pandas as pd
+        >>> from alignscores import compare
+        >>> runs = pd.DataFrame({"system": [*"aaaaabbbbb"], "run": [*"0123401234"]})
+        >>> runs["sequence"], runs["PAS"] = "room", [0.95, 0.94, 0.93, 0.92, 0.91, *5 * [0.5]]
+        >>> compare(runs, by="PAS").verdict[0][:44]
+        'a is ahead of b: it wins 100 % of the run pa'
+        """
         return verdict(self.distinct, self.by, self.overall, self.pairs)
 
     @cached_property
@@ -252,7 +262,7 @@ def compare(
     Returns
     -------
     Comparison
-        The tables `runs`, `summary` and `pairs`, and the `verdict`.
+        The tables ``runs``, ``summary`` and ``pairs``, and the ``verdict``.
 
     Raises
     ------
