@@ -155,6 +155,11 @@ class Settings:
     )
     ref_columns: str | None = _matching(None, "the same, for the reference alone", tables=True)
     est_columns: str | None = _matching(None, "the same, for the estimates alone", tables=True)
+    model: str | None = _matching(
+        None,
+        "model of an estimate that has several, such as 0 of a folder with 0, 1 and 2 (default: all, "
+        "with the scores of the best one)",
+    )
     missing: str = _matching(
         "fail",
         "frames without a pose count as failures, or are ignored",
