@@ -69,7 +69,7 @@ def poses_of_models(
 def in_order(
     models: Mapping[str, Trajectory], poses: ModelPoses, scored: Mapping[str, Evaluation]
 ) -> tuple[Model, ...]:
-    """Return a row a model, by the PAS, without rotations by the TAS; those without a score last."""
+    """Return a row a model, the one with the best PAS first, without rotations the best TAS."""
     covered = np.isfinite(poses.est_poses).all(axis=(2, 3)).mean(axis=1)
     rows = []
     for (name, own), coverage in zip(models.items(), covered.tolist(), strict=True):

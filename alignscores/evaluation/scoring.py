@@ -60,7 +60,7 @@ def evaluate(
     reference, estimate : path, (n, 4, 4) array, Trajectory or pycolmap.Reconstruction
         Files, whose formats are recognised, camera-to-world poses, or COLMAP models. The reference
         is the ground truth. Row i of two arrays is the same camera, unless there are `times`. The
-        estimate may be a dict of models, as pycolmap's mappers return, or a folder of COLMAP models.
+        estimate may have several models: a folder of COLMAP's, or a dict as of pycolmap's mappers.
     settings : Settings, optional
         How they are matched and scored; by default ``Settings()``.
     times : (n,) array or two of them, optional
@@ -151,9 +151,7 @@ def score(
     of_models = poses_of_models(reference.with_rotations(), models, settings)
     rows = in_order(models, of_models, scored)
     best = rows[0].name
-    text = (
-        f"it has {len(rows)} models; the scores are those of {best}, all other images are missing"
-    )
+    text = f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
     notes.append(Note("models", text, "--model chooses another one"))
     evaluation = _score_one(
         reference,
@@ -175,8 +173,8 @@ def _each_model(
     """Score each model of a set by its name; those with too few images are left out."""
     if settings.missing == "ignore":
         raise ValueError(
-            f"missing=ignore would score the images of one of {len(models)} models only; choose one "
-            f"with --model, such as {next(iter(models))}"
+            f"missing=ignore would leave out all images but those of one of {len(models)} models; "
+            f"choose one with --model, such as {next(iter(models))}"
         )
     scored, files = {}, Files("the reference", "the estimate", "", "")
     for name, poses in models.items():

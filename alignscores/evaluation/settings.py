@@ -157,8 +157,8 @@ class Settings:
     est_columns: str | None = _matching(None, "the same, for the estimates alone", tables=True)
     model: str | None = _matching(
         None,
-        "model of an estimate that has several, such as 0 of a folder with 0, 1 and 2 (default: all, "
-        "with the scores of the best one)",
+        "model of an estimate that has several, such as 0 of sparse/0 and sparse/1 "
+        "(default: the best one)",
     )
     missing: str = _matching(
         "fail",

@@ -62,8 +62,8 @@ def colmap_relative_auc(
     The benchmark with a ground truth of one component.
 
     No sorting: of N pairs, K have errors up to t, the last of them e, and those above `accuracy`
-    sum to S; the trapezoids are ``K t - S + (e - accuracy) / 2``, over ``N t``. O(m n^2) time, O(m n)
-    memory.
+    sum to S; the trapezoids are ``K t - S + (e - accuracy) / 2``, over ``N t``. O(m n^2) time,
+    O(m n) memory.
 
     References
     ----------
