@@ -15,6 +15,7 @@ from ..validation import AlignmentWarning
 from .evaluation import Evaluation, Note
 from .hints import describe_rotation
 from .settings import Settings
+from .time import is_near
 
 __all__ = [
     "collected_warnings",
@@ -62,7 +63,7 @@ def explain(
     kinds = [unmatched]
     if evaluation.matches.timed:
         kinds += [left_out_frames, duplicates, few_poses, ignored_time, chance]
-    kinds += [lever_arm, indistinguishable, body_rotation, alignments]
+    kinds += [frozen, lever_arm, indistinguishable, body_rotation, alignments]
     notes = [note for kind in kinds if (note := kind(evaluation))] + list(hints)
     if check and evaluation.has_rotations and (low := low_score(evaluation)):
         notes.append(low)
@@ -120,6 +121,26 @@ def few_poses(evaluation: Evaluation) -> Note | None:
     n = evaluation.matches.n_poses
     text = f"only {n} of its poses are scored; few poses can fit by chance"
     return Note("few", text) if n < MIN_POSES else None
+
+
+def frozen(evaluation: Evaluation) -> Note | None:
+    """Note more than one percent of poses that stand still while the reference moves away.
+
+    Each is the same number by number as the one before. The reference has moved by more than d or
+    10 degrees since the first of them.
+    """
+    matches = evaluation.matches
+    poses, references = evaluation.estimate.poses[matches.pose_rows], matches.pose_references
+    repeated = (poses[1:] == poses[:-1]).all(axis=(1, 2))
+    rows = np.arange(len(poses))
+    first = np.maximum.accumulate(np.where(np.append(False, repeated), 0, rows))
+    moved = ~is_near(references, references[first], evaluation.result.tas.unit)
+    n, n_all = int(moved.sum()), len(poses)
+    text = (
+        f"{n} of {n_all} poses repeat an earlier one, from which the reference has moved by more "
+        "than d or 10 degrees: it seems to have lost track, and such poses count as wrong ones"
+    )
+    return Note("frozen", text) if n > n_all / 100 else None
 
 
 def ignored_time(evaluation: Evaluation) -> Note | None:
@@ -212,8 +233,16 @@ def _stretch(seconds: Floats, far: Booleans) -> str:
 
 
 def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
-    """Return the notes on a reference: time at its ends that no estimate covers."""
-    matches = [one.matches for one in evaluations if one.matches.timed]
+    """Return the notes on a reference: time at its ends that no estimate covers.
+
+    Stamps that a hint on units or clocks corrects say nothing of it.
+    """
+    matches = [
+        one.matches
+        for one in evaluations
+        if one.matches.timed
+        and not any(note.kind in ("units", "clock") and note.remedy for note in one.notes)
+    ]
     return ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
 
 

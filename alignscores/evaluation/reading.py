@@ -93,9 +93,9 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
     pose for more than one percent, since nothing is expected there.
     """
     if not isinstance(reference, Trajectory):
-        columns = settings.ref_columns or settings.columns
-        options = settings.form.options(settings.ref_topic, columns)
-        reference = _checked(settings.form.read(reference, **options), "reference")
+        form, columns = settings.form, _columns(settings, "ref")
+        options = form.options(settings.ref_topic, columns)
+        reference = _checked(form.read(reference, **options), "reference")
         if has_constant_rotations(reference):
             warn("all rotations of the reference are the same, which count as none")
             reference = reference._replace(poses=without_rotations(reference.poses))
@@ -129,9 +129,9 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
     """Return an estimate, camera-to-world."""
     poses = estimate
     if not isinstance(poses, Trajectory):
-        columns = settings.est_columns or settings.columns
-        options = settings.est_form.options(settings.est_topic, columns)
-        poses = _checked(settings.est_form.read(poses, **options), "estimate")
+        form, columns = settings.est_form, _columns(settings, "est")
+        options = form.options(settings.est_topic, columns)
+        poses = _checked(form.read(poses, **options), "estimate")
     for option in ("invert", "lever_arm"):
         if getattr(settings, option) and not poses.has_rotations:
             raise ValueError(f"--{option} needs rotations, which the estimate lacks")
@@ -139,6 +139,15 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
         turned = finite_rows(poses.poses[:, :3, :3])
         poses = poses._replace(poses=np.where(turned[:, None, None], poses.poses, np.nan))
     return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
+
+
+def _columns(settings: Settings, side: str) -> str | None:
+    """Return what names the columns of a file; raise a ValueError where it has none to be named."""
+    form = settings.form if side == "ref" else settings.est_form
+    own: str | None = getattr(settings, f"{side}_columns")
+    if own and not form.tables:
+        raise ValueError(f"--{side}_columns is of text tables; the file has another format")
+    return own or settings.columns
 
 
 def has_constant_rotations(trajectory: Trajectory) -> bool:
