@@ -88,7 +88,8 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     """Find the convention under which the finite ones of estimated poses fit their reference.
 
     It is reported if it raises the RAS by 0.3, or by half of what is missing to 1: noise, lost
-    cameras or drift fit under none so much better.
+    cameras or drift fit under none so much better. Where both are inverted, their rotations may
+    agree; then their positions show it.
     """
     estimated = np.flatnonzero(finite_rows(est_poses))
     n = len(estimated)
@@ -97,19 +98,23 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
     ras_now = _ras(gt, est, np.eye(3))[0]
-    if ras_now > 0.9:
+    positions, inverted = _inverted(gt, est)
+    least = ras_now + min(0.3, (1 - ras_now) / 2)
+    if any(case[1] == BOTH for case in inverted) and _step(inverse_poses(gt)) < _step(gt):
+        least = ras_now - CLEARLY
+    elif ras_now > 0.9:
         return Convention()
     fits = []
-    for kind, side, true, poses, axes, positions in _candidates(gt, est):
-        body = _fitted_frame(true, poses, positions) if axes is None else axes
+    for kind, side, true, poses, axes, rotation in _candidates(gt, est, positions, inverted):
+        body = _fitted_frame(true, poses, rotation) if axes is None else axes
         ras, frame = _ras(true, poses, body)
-        apart = np.inf if positions is None else rotation_angles((positions.T @ frame)[None])[0]
+        apart = np.inf if rotation is None else rotation_angles((rotation.T @ frame)[None])[0]
         fits.append((ras, apart <= CONSISTENT_DEG, kind, side, body))
-    best = max(fit[0] for fit in fits)
-    if best < ras_now + min(0.3, (1 - ras_now) / 2):
+    better = [fit for fit in fits if fit[0] >= least]
+    better = [fit for fit in better if fit[1]] or better
+    if not better:
         return Convention()
-    good = [fit for fit in fits if fit[0] > best - CLEARLY]
-    good = [fit for fit in good if fit[1]] or good
+    good = [fit for fit in better if fit[0] > max(fit[0] for fit in better) - CLEARLY]
     _, _, kind, side, body = good[0]
     is_none = rotation_angles(body[None])[0] <= NEAR_DEG
     others = {EST: REF, REF: EST}
@@ -119,26 +124,44 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     return Convention(kind, side, None if is_none else body, bool(kind and rivals))
 
 
+# Kind, side, both trajectories as they would be, and the rotation of their positions.
+_Case = tuple[str, str, Floats, Floats, Floats | None]
+
+
+def _inverted(gt: Floats, est: Floats) -> tuple[Floats | None, list[_Case]]:
+    """Return the rotation of the positions as they are, and inverted poses that fit much better."""
+    now = _position_fit(gt, est)
+    inverted: list[_Case] = []
+    for side, true, poses in _of_sides(gt, est, inverse_poses):
+        fit = _position_fit(true, poses)
+        if fit.misfit < min(0.15, now.misfit / 3):
+            inverted.append(("inverted", side, true, poses, fit.rotation))
+    return now.rotation, inverted
+
+
+def _step(poses: Floats) -> float:
+    """Return the median distance between successive positions.
+
+    In the coordinates of the camera all that is far away moves as the camera turns, so that the
+    true path, as a rule, has the smaller steps.
+    """
+    return float(np.median(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)))
+
+
 def _candidates(
-    gt: Floats, est: Floats
+    gt: Floats, est: Floats, positions: Floats | None, inverted: list[_Case]
 ) -> Iterator[tuple[str, str, Floats, Floats, Floats | None, Floats | None]]:
     """Yield kind, side, both trajectories, B (None: any), and the rotation of their positions.
 
     The likeliest come first. Where inverted poses fit better, only they are candidates.
     """
-    now = _position_fit(gt, est)
-    inverted = []
-    for side, true, poses in _of_sides(gt, est, inverse_poses):
-        fit = _position_fit(true, poses)
-        if fit.misfit < min(0.15, now.misfit / 3):
-            inverted.append(("inverted", side, true, poses, fit.rotation))
     swapped = [
-        (kind, side, true, poses, now.rotation)
+        (kind, side, true, poses, positions)
         for kind in ("inverted rotations", W_FIRST, W_LAST)
         for side, true, poses in _of_sides(gt, est, CHANGES[kind])
     ]
     common = list(COMMON.values())
-    one = inverted or [("", "", gt, est, now.rotation)]
+    one: list[_Case] = inverted or [("", "", gt, est, positions)]
     yield from ((*case[:4], axes, case[4]) for axes in common for case in one)
     if not inverted:
         yield from ((*case[:4], common[0], case[4]) for case in swapped)
@@ -528,8 +551,23 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         yield _of_convention(state, files, found, frame, changes)
     else:
         option = "--body_rotation auto removes it"
+        if _may_both_be_inverted(state.scored, found.body_rotation):
+            option += "; if both files are world-to-camera, --ref_invert --est_invert instead"
         yield _Remedy("frame", frame, option, reference, estimate, changes)
     yield from _mirrors(state, files)  # on a plane, other camera axes have the same effect
+
+
+def _may_both_be_inverted(scored: Scored, body_rotation: Floats | None) -> bool:
+    """Return whether a rotation of the camera frame may be one of inverted coordinate frames.
+
+    Inverse poses of two frames that differ by a rotation differ by that rotation of their cameras,
+    and not in their positions.
+    """
+    if body_rotation is None or any((body_rotation == axes).all() for axes in COMMON.values()):
+        return False
+    some = _sample(scored)
+    rotation = _position_fit(scored.gt_poses[some], scored.est_poses[some]).rotation
+    return rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
 
 
 def _of_convention(
@@ -568,7 +606,7 @@ def _of_convention(
 def _sample(scored: Scored) -> Indices:
     """Return the rows of some estimated positions, evenly spread."""
     rows = np.flatnonzero(finite_rows(scored.est_poses[:, :3, 3]))
-    return rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)]
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)])
 
 
 def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:

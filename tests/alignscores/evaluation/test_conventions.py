@@ -234,3 +234,17 @@ def test_a_frame_in_words(rotation, words):
     text = found(gt, in_frame(gt, rotation))["frame"]
     frames = "the camera frame of the estimate is rotated against that of the reference, "
     assert text.startswith(f"{frames}{words} (PAS")
+
+
+def test_two_files_with_inverse_poses_are_named_where_a_camera_frame_explains_them_too():
+    """Of vggt#229: coordinate frames that differ by a rotation, with the same origin."""
+    rng = np.random.default_rng(11)
+    gt = reference("wandering", 80, rng)
+    est = gt.copy()
+    est[:, :3] = Rotation.from_rotvec([0.2, 0.3, -0.6]).as_matrix() @ gt[:, :3]
+    inverted = inverse_poses(gt), inverse_poses(est)
+    (note,) = [str(note) for note in evaluate(*inverted).notes if note.kind == "frame"]
+    assert note.endswith("if both files are world-to-camera, --ref_invert --est_invert instead")
+    assert evaluate(*inverted, ref_invert=True, est_invert=True).pas == 1
+    imu = [str(note) for note in evaluate(gt, in_frame(est, IMU)).notes if note.kind == "frame"]
+    assert imu[0].endswith("--body_rotation auto removes it")
