@@ -174,7 +174,9 @@ def _scored(task: Task) -> Result:
         check_file(file)
         with collected_warnings():  # the comparison shows them, once for each sequence
             reference = reference_of(task.reference, task.settings)
-        evaluation = score(reference, file, task.settings, name="", check=task.check)
+        evaluation = score(
+            reference, file, task.settings, name="", ref_file=task.reference, check=task.check
+        )
     except FAILURES as error:
         message = printable(why(error))
         message = (

@@ -251,7 +251,7 @@ def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[
 
     Each estimate has the stamps of its expected frames, and whether it covers each.
     """
-    if not expected:
+    if not any(map(np.any, covered)):
         return []
     frames = np.concatenate(expected)
     with_pose = frames[np.concatenate(covered)]

@@ -130,9 +130,8 @@ def score(
     has_rotations = reference.has_rotations and poses.has_rotations
     if reference.has_rotations and not has_rotations:
         notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
-    elif has_rotations and has_constant_rotations(poses):
-        note, poses = _constant(poses, settings)
-        notes.append(note)
+    constant, poses = _constant(poses, settings, has_rotations)
+    notes += constant
     reference, poses = reference.with_rotations(), poses.with_rotations()
     file = "" if isinstance(estimate, Trajectory) else str(estimate)
     files = Files(
@@ -199,19 +198,26 @@ def score(
     return evaluation
 
 
-def _constant(estimate: Trajectory, settings: Settings) -> tuple[Note, Trajectory]:
-    """Return a note on rotations that are the same throughout, and the poses that count.
+def _constant(
+    estimate: Trajectory, settings: Settings, has_rotations: bool
+) -> tuple[list[Note], Trajectory]:
+    """Return notes on an estimate that does not move or rotate, and the poses that count.
 
     One pose throughout is none: the run has failed.
     """
-    positions = estimate.poses[finite_rows(estimate.poses), :3, 3]
-    if (positions == positions[0]).all():
+    if has_rotations and not has_constant_rotations(estimate):
+        return [], estimate
+    positions = estimate.poses[finite_rows(estimate.poses[:, :3, 3]), :3, 3]
+    if len(positions) > 1 and (positions == positions[0]).all():
         text = "it has one pose throughout: a run that failed, without a pose that counts"
-        return Note("constant", text), estimate._replace(poses=np.full_like(estimate.poses, np.nan))
+        nothing = np.full_like(estimate.poses, np.nan)
+        return [Note("constant", text)], estimate._replace(poses=nothing)
+    if not has_rotations:
+        return [], estimate
     text = "its rotations are all the same, and are scored as they are"
     timed = settings.est_form.tables and estimate.keys.dtype.kind == "f"
     remedy = "if it has none, --est_columns 't x y z' scores the positions" if timed else ""
-    return Note("constant", text, remedy), estimate
+    return [Note("constant", text, remedy)], estimate
 
 
 @dataclass(frozen=True, eq=False)
