@@ -235,13 +235,12 @@ def _stretch(seconds: Floats, far: Booleans) -> str:
 def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
     """Return the notes on a reference: time at its ends that no estimate covers.
 
-    Stamps that a hint on units or clocks corrects say nothing of it.
+    Stamps in a wrong unit say nothing of it.
     """
     matches = [
         one.matches
         for one in evaluations
-        if one.matches.timed
-        and not any(note.kind in ("units", "clock") and note.remedy for note in one.notes)
+        if one.matches.timed and not any(note.kind == "units" for note in one.notes)
     ]
     return ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
 
