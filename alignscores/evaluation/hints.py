@@ -64,7 +64,7 @@ W_FIRST, W_LAST = "qw qx qy qz", "qx qy qz qw"
 REF, EST, BOTH = "reference", "estimate", "both"
 
 CLEAR = 0.1  # by which a remedy must raise the score
-CLEAR_CLOCK = 0.01  # likewise; of an offset that motions show on their own
+CLEAR_OF_TIME = 0.01  # likewise; of stamps, whose steps or motions show it on their own
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
@@ -360,8 +360,8 @@ def look(
     """
     state = _State(reference, estimate, settings, scored, has_rotations)
     for find, least in (
-        (_units_of_time, CLEAR),
-        (_clocks, CLEAR_CLOCK),
+        (_units_of_time, CLEAR_OF_TIME),
+        (_clocks, CLEAR_OF_TIME),
         (_mirrored, CLEAR),
         (_conventions, CLEAR),
         (_increments, CLEAR),
