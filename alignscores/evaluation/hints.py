@@ -290,7 +290,7 @@ def _position_fit(gt_poses: Floats, est_poses: Floats) -> _Fit:
 
 
 class Scored(NamedTuple):
-    """What scoring needs to return for a candidate: score, poses that were compared, length."""
+    """What scoring returns for a candidate: the score, and the poses that were compared."""
 
     score: float
     gt_poses: Floats
@@ -351,12 +351,11 @@ def look(
     attempt: Attempt,
     files: Files,
     *,
-    name: str,
     has_rotations: bool,
 ) -> list[Note]:
     """Return the hints on mistakes in either file; those found first are corrected for the others.
 
-    `name` is that of the score in the hints, PAS or TAS.
+    The score is the PAS, without rotations the TAS.
     """
     state = _State(reference, estimate, settings, scored, has_rotations)
     for find, least in (
@@ -369,7 +368,7 @@ def look(
     ):
         if state.score > 1 - least:
             break
-        state = _tried(state, list(find(state, files)), least, attempt, name)
+        state = _tried(state, list(find(state, files)), least, attempt)
     return list(state.notes)
 
 
@@ -380,21 +379,18 @@ def rescue(
     attempt: Attempt,
     files: Files,
     *,
-    name: str,
     has_rotations: bool,
 ) -> str:
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, has_rotations)
     for find in (_units_of_time, _clocks, _increments):
-        tried = _tried(state, list(find(state, files)), CLEAR, attempt, name)
+        tried = _tried(state, list(find(state, files)), CLEAR, attempt)
         if tried.notes:
             return str(tried.notes[0])
     return ""
 
 
-def _tried(
-    state: _State, remedies: Sequence[_Remedy], least: float, attempt: Attempt, name: str
-) -> _State:
+def _tried(state: _State, remedies: Sequence[_Remedy], least: float, attempt: Attempt) -> _State:
     """Return the state with the best remedy, if that raises the score clearly.
 
     The likeliest come first.
@@ -416,6 +412,7 @@ def _tried(
                 chosen = remedy
     if chosen is None or best.score < state.score + least:
         return state
+    name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     gain = f"({before}{best.score:.3f} corrected)"
     note = Note(chosen.kind, f"{chosen.text} {gain}", chosen.option)

@@ -140,24 +140,21 @@ def score(
         ref_file,
         file,
     )
-    main = "PAS" if has_rotations else "TAS"
 
     def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
-        found = _compared(ref, est, tried, has_rotations)
-        result, matches = found.result, found.matches
-        value = result.score if has_rotations else result.tas.score
-        return Scored(value, matches.pose_references, found.estimate.poses[matches.pose_rows])
+        return _compared(ref, est, tried, has_rotations).scored
 
     with collected_warnings() as of_estimate:
         try:
             found = _compared(reference, poses, settings, has_rotations)
         except ValueError as error:
             remedy = check and rescue(
-                reference, poses, settings, attempt, files, name=main, has_rotations=has_rotations
+                reference, poses, settings, attempt, files, has_rotations=has_rotations
             )
             raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
         half_distance = _half_distance(found.matches, settings)
-    notes += [Note("estimate", text) for text in of_estimate]
+    if not np.isnan(poses.poses).all():  # of a run that failed all else follows
+        notes += [Note("estimate", text) for text in of_estimate]
     matches, result = found.matches, found.result
     pairs = _every_pose(matches, found.estimate)
     metrics, without_value = _metrics(matches, pairs, settings, functions)
@@ -181,16 +178,13 @@ def score(
     notes += _of_matching(found, settings)
     hints = []
     if check:
-        value = result.score if has_rotations else result.tas.score
-        scored = Scored(value, matches.pose_references, found.estimate.poses[matches.pose_rows])
         hints = look(
             reference,
             poses,
             settings,
-            scored,
+            found.scored,
             attempt,
             files,
-            name=main,
             has_rotations=has_rotations,
         )
     notes += explain(evaluation, hints, check=check)
@@ -232,6 +226,13 @@ class _Compared:
     chord: float  # error of straight lines between the poses of a sparse reference, in units of d
     lever_arm: LeverArm | None
     body_rotation: Floats | None
+
+    @property
+    def scored(self) -> Scored:
+        """The PAS, or the TAS without rotations, with every pose that has a reference."""
+        result, matches = self.result, self.matches
+        value = result.score if matches.has_rotations else result.tas.score
+        return Scored(value, matches.pose_references, self.estimate.poses[matches.pose_rows])
 
 
 def _compared(
@@ -281,8 +282,8 @@ def _offset(
             tried = replace(settings, t_offset=seconds)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                result = _compared(reference, estimate, tried, has_rotations).result
-            scores.append(result.score if has_rotations else result.tas.score)
+                found = _compared(reference, estimate, tried, has_rotations)
+            scores.append(found.scored.score)
         except ValueError:
             scores.append(-math.inf)
     least = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
