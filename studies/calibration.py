@@ -6,7 +6,7 @@ whose truth is known, and tested as `alignscores.compare` does.
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -37,7 +37,7 @@ SCATTERS: Mapping[str, Draw] = {
 
 @dataclass(frozen=True)
 class Case:
-    """Two systems: by default equal; the first one may be better, or vary more."""
+    """Two systems: by default equal; the first one may be better, vary more, or choose."""
 
     sequences: int = 1
     runs: tuple[int, int] = (5, 5)
@@ -46,6 +46,10 @@ class Case:
     wider: float = 1.0
     shared: float = 0.0  # share of the variance that runs of a name share over the sequences
     kept: int | None = None  # the best runs of the first system that are reported
+    copies: int = 1  # of each of these, with so small changes that no score is the same
+    effects: float = 0.0  # standard deviation of what is particular to a system on a sequence
+    chosen: int | None = None  # the sequences that the first system hands in: its best ones
+    expect_all: bool = False  # whether it failed on the others
 
     def draw(self, rng: np.random.Generator) -> list[tuple[Floats, Floats]]:
         """Return the values of the runs of both systems on each sequence."""
@@ -53,18 +57,34 @@ class Case:
         for n in self.runs:
             own = SCATTERS[self.scatter](rng, (self.sequences, n))
             of_name = SCATTERS[self.scatter](rng, (1, n))
-            values.append(np.sqrt(1 - self.shared) * own + np.sqrt(self.shared) * of_name)
-        first = values[0] * self.wider + self.better
+            of_sequence = self.effects * rng.normal(size=(self.sequences, 1))
+            mixed = np.sqrt(1 - self.shared) * own + np.sqrt(self.shared) * of_name
+            values.append(mixed + of_sequence)
+        first, second = values[0] * self.wider + self.better, values[1]
         if self.kept is not None:
-            first = np.sort(first, axis=1)[:, -self.kept :]
-        return list(zip(first, values[1], strict=True))
+            first = np.sort(first, axis=1)[:, -self.kept :].repeat(self.copies, axis=1)
+            first += 1e-9 * np.arange(first.shape[1])
+        if self.chosen is not None:
+            order = np.argsort(second.mean(axis=1) - first.mean(axis=1))
+            first[order[self.chosen :]] = -np.inf
+            if not self.expect_all:
+                first, second = (own[order[: self.chosen]] for own in (first, second))
+        return list(zip(first, second, strict=True))
 
 
-def found(case: Case, draws: int, *, dependent: bool = False, seed: int = 0) -> float:
-    """Return the share of the draws, in per cent, in which the systems differ significantly."""
-    rng = np.random.default_rng(seed)
+def found(case: Case, draws: int, *, dependent: bool = False, ahead: bool = False) -> float:
+    """Return the share of the draws, in per cent, in which the systems differ significantly.
+
+    With `ahead` only the first one may be better.
+
+    Each case has draws of its own, so that the shares of several cases are independent.
+    """
+    rng = np.random.default_rng(list(repr(case).encode()))
     tests = [permutation_test(case.draw(rng), dependent=dependent) for _ in range(draws)]
-    return 100 * float(np.mean([test.possible and test.p <= LEVEL for test in tests]))
+    called = [test.possible and test.p <= LEVEL for test in tests]
+    if ahead:
+        called = [one and test.better < 0.5 for one, test in zip(called, tests, strict=True)]
+    return 100 * float(np.mean(called))
 
 
 def _table(values: Floats, systems: Sequence[str]) -> pd.DataFrame:
@@ -101,14 +121,15 @@ def of_many(means: Sequence[float], draws: int, sequences: int = 1) -> tuple[flo
 
 def failing_gates(
     baselines: int,
-    builds: int = 2,
+    builds: int = 50,
     shared: float = 0.0,
     design: Design = "independent",
     sequences: int = 2,
 ) -> Floats:
     """Return p of ``--fail_on worse`` of builds of equal systems, (baselines, builds).
 
-    Each compares two systems, with five runs on each sequence, with as many saved ones.
+    Each compares two systems, with five runs on each sequence, with as many saved ones. A build
+    fails at a level that its p reaches.
     """
     rng = np.random.default_rng(0)
 
@@ -155,28 +176,32 @@ def main() -> None:
     if arguments.runs:
         print(found_in(read_runs(arguments.runs), arguments.by, draws).round(1).to_string())
         return
-    sizes = [(3, 3), (5, 5), (10, 10), (3, 10), (5, 10)]
 
     def show(title: str, rows: Mapping[str, Sequence[float]], columns: Sequence[object]) -> None:
         table = pd.DataFrame(list(rows.values()), list(rows), list(map(str, columns)))
         print(f"\n{title}\n{table.round(1).to_string()}", flush=True)
 
-    for wider in (1.0, 10.0):
-        rows = {
-            f"{sequences} sequences": [
-                float(np.mean([found(Case(sequences, n, s, wider=wider), draws) for s in SCATTERS]))
-                for n in sizes
-            ]
-            for sequences in (1, 2, 6)
-        }
-        show(f"False alarms, %: one system varies {wider:g} times as much", rows, sizes)
-    rows = {
-        f"{better:g} sd, {scatter}, {sequences} sequences": [
-            found(Case(sequences, n, scatter, better), draws) for n in sizes
+    sizes = [(3, 3), (5, 5), (10, 10), (3, 10), (5, 10), (10, 3), (10, 5)]
+    rows: dict[str, Sequence[float]] = {}
+    largest = 0.0
+    for wider, sequences in product((1.0, 10.0), (1, 2, 6)):
+        # The ranks of equal systems do not depend on how their runs scatter.
+        scatters = list(SCATTERS) if wider > 1 else ["normal"]
+        cells = [
+            [found(Case(sequences, n, scatter, wider=wider), draws) for scatter in scatters]
+            for n in sizes
         ]
-        for better, scatter, sequences in product((1.0, 2.0), ("normal", "10 % gross"), (1, 6))
+        rows[f"{wider:g} times, {sequences} sequences"] = [float(np.mean(cell)) for cell in cells]
+        largest = max(largest, *(max(cell) for cell in cells))
+    show("False alarms, %: the first system varies as much, or 10 times as much", rows, sizes)
+    print(f"mean over {', '.join(SCATTERS)}; the largest single value: {largest:.1f}")
+    rows = {
+        f"{scatter}, {sequences} sequences": [
+            found(Case(sequences, n, scatter, better=1.0), draws) for n in sizes[:5]
+        ]
+        for scatter, sequences in product(("normal", "10 % gross"), (1, 6))
     }
-    show("Found, %: the first system is better", rows, sizes)
+    show("Found, %: the first system is better by 1 sd", rows, sizes[:5])
     rows = {
         f"{sequences} sequences": [
             found(Case(sequences, shared=0.5), draws, dependent=one) for one in (False, True)
@@ -185,25 +210,40 @@ def main() -> None:
     }
     show("False alarms, %: runs of a name share half", rows, ["independent", "dependent"])
     many = draws // 4
-    of_ten = {
+    rows = {
         "five equal, others 2 sd apart": of_many([0] * 5 + [2, 4, 6, 8, 10], many),
         "all equal": of_many([0] * 10, many),
         "3 sd apart": of_many([3 * k for k in range(10)], many),
     }
-    show("Ten systems, five runs, one sequence, %", of_ten, ["found", "false of those called"])
-    best = found(Case(runs=(10, 5), kept=5), draws)
-    print(f"\nKeeping the best 5 of 10 runs of one of two equal systems: ahead in {best:.1f} %")
-    p = [
-        failing_gates(draws),
-        failing_gates(draws, shared=0.5, sequences=6),
-        failing_gates(draws, shared=0.5, design="dependent", sequences=6),
-    ]
-    rows = {
-        f"worse:{level:g}": [50 * float((own <= level).mean()) for own in p]
-        for level in (0.05, GATE_LEVEL, 0.001)
+    show("Ten systems, five runs, one sequence, %", rows, ["found", "false of those called"])
+    six = Case(sequences=6, effects=1.0)
+    chosen = {
+        "five runs": Case(),
+        "50 runs": Case(runs=(50, 5)),
+        "its best 5 of 10 runs": Case(runs=(10, 5), kept=5),
+        "its best of 10 runs, five times": Case(runs=(10, 5), kept=1, copies=5),
+        "one run, five times": Case(runs=(1, 5), kept=1, copies=5),
+        "all of 6 sequences": six,
+        "the 3 of 6 sequences where it is best": replace(six, chosen=3),
+        "the same, with --expect_all": replace(six, chosen=3, expect_all=True),
     }
-    names = ["2 sequences", "6 sequences, half shared", "the same, --runs dependent"]
-    show("Of 50 builds of equal systems fail", rows, names)
+    rows = {name: [found(case, draws, ahead=True)] for name, case in chosen.items()}
+    show("Ahead, %: one of two equal systems, which hands in", rows, ["of five runs"])
+    gates = {
+        "2 sequences": failing_gates(draws // 20),
+        "6 sequences, half shared": failing_gates(draws // 20, shared=0.5, sequences=6),
+        "the same, --runs dependent": failing_gates(
+            draws // 20, shared=0.5, design="dependent", sequences=6
+        ),
+    }
+    for level in (0.05, GATE_LEVEL, 0.001):
+        rows = {
+            name: [50 * float((p <= level).mean()), 100 * float((p <= level).any(axis=1).mean())]
+            for name, p in gates.items()
+        }
+        show(
+            f"worse:{level:g}, 50 builds of equal systems", rows, ["fail", "baselines with any, %"]
+        )
 
 
 if __name__ == "__main__":
