@@ -39,7 +39,7 @@ def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFr
         lines.append(
             f"{n} of {len(tested)} pairs of systems differ significantly; at most "
             f"{100 * LEVEL:.0f} % of the differences that are called significant are expected to "
-            "be false."
+            "be false. The adjusted p of a pair depends a little on the other pairs."
         )
     return [*lines, *_needed(pairs), *_lacking(runs, by)]
 
