@@ -178,25 +178,21 @@ def _difference(a: float, b: float) -> float:
 
 
 def _signed_ranks(differences: Sequence[float]) -> Test:
-    """Return Wilcoxon's test: SciPy's `wilcoxon` itself is not exact with ties and zeros."""
-    values = np.array([value for value in differences if value])
-    ranks = np.sign(values) * scipy.stats.rankdata(np.abs(values))
-    ranks = np.pad(ranks, (0, max(0, 2 - len(ranks))))  # SciPy takes two or more; zeros add nothing
-    tails = [
-        scipy.stats.permutation_test(
-            [ranks],
-            np.sum,
-            permutation_type="samples",
-            vectorized=True,
-            n_resamples=N_PERMUTATIONS,
+    """Return Wilcoxon's test, by permutations of the signs: exact also with ties and zeros."""
+    smallest = max(0.5 ** len(differences), 1 / (N_PERMUTATIONS + 1))
+    possible = len(differences) >= MIN_SEQUENCES
+    values = [value for value in differences if value]
+    if len(values) < 2:
+        return Test(1.0, 1.0, smallest, possible)
+    better, worse = (
+        scipy.stats.wilcoxon(
+            values,
             alternative=alternative,
-            rng=np.random.default_rng(0),
+            method=scipy.stats.PermutationMethod(N_PERMUTATIONS, rng=np.random.default_rng(0)),
         ).pvalue
         for alternative in ("greater", "less")
-    ]
-    smallest = max(0.5 ** len(differences), 1 / (N_PERMUTATIONS + 1))
-    better, worse = map(float, tails)
-    return Test(better, worse, smallest, possible=len(differences) >= MIN_SEQUENCES)
+    )
+    return Test(float(better), float(worse), smallest, possible)
 
 
 def false_discovery(p_values: ArrayLike) -> Floats:

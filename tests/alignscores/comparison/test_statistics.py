@@ -87,6 +87,19 @@ def test_on_one_sequence_the_statistic_is_the_p_value_of_brunner_and_munzel(n, m
     assert found.worse == pytest.approx(np.mean(everything <= statistic(a, b) + 1e-9))
 
 
+@pytest.mark.parametrize(("n", "m"), [(5, 5), (3, 5), (5, 3)])
+def test_a_run_that_is_worse_gains_nothing(n, m):
+    """Nor one that fails on purpose: in no order of the runs does the p-value fall."""
+    for first in combinations(range(n + m), n):
+        a, b = np.array(first, float), np.delete(np.arange(n + m, dtype=float), first)
+        p = permutation_test([(a, b)]).better
+        for run, worse in product(range(n), (FAILED, *b - 0.5)):
+            if worse < a[run]:
+                lower = a.copy()
+                lower[run] = worse
+                assert permutation_test([(lower, b)]).better >= p - 1e-9
+
+
 def test_many_permutations_are_drawn_and_repeated():
     runs = draw(10, 10, 2, shift=0.5)
     found = permutation_test(runs)
