@@ -18,7 +18,8 @@ from ..arrays import Floats
 
 __all__ = ["LEVEL", "MIN_RUNS", "MIN_SEQUENCES", "N_PERMUTATIONS", "Interval", "Test"]
 __all__ += ["beats", "difference", "failure_interval", "false_discovery", "holm"]
-__all__ += ["paired_test", "permutation_test", "sequence_test", "wins"]
+__all__ += ["paired_test", "permutation_test", "permuted_labels", "sequence_test"]
+__all__ += ["studentised", "wins"]
 
 LEVEL = 0.05  # significance
 N_PERMUTATIONS = 9_999
@@ -96,26 +97,44 @@ def permutation_test(runs: Runs, *, dependent: bool = False, seed: int = 0) -> T
         compared.append((beats(both[:, None], both), len(a)))
     if dependent:
         compared = [(np.mean([wins for wins, _ in compared], axis=0), compared[0][1])]
-    numbers = [math.comb(len(wins), n) for wins, n in compared]
-    exact = math.prod(numbers) <= N_PERMUTATIONS + 1
-    of_sequences = []
-    for index, (wins, n) in enumerate(compared):
-        labels = _all_labels(len(wins), n) if exact else _random_labels(len(wins), n, seed, index)
-        of_sequences.append(_placements(wins, labels))
-    excess, variance, uncertainty = (
-        _over_sequences(values, exact) for values in zip(*of_sequences, strict=True)
-    )
-    t = excess / np.sqrt(variance)
-    p = scipy.special.stdtr(variance**2 / uncertainty, -np.abs(t))
-    statistic = -np.sign(t) * np.log(np.maximum(p, np.finfo(float).tiny))
+    labels, combined = permuted_labels([(len(wins), n) for wins, n in compared], seed)
+    statistic = studentised([wins for wins, _ in compared], labels, combined=combined)
     rounding = 1e-9 * np.abs(statistic).max()
     fewest = sum(min(n, len(wins) - n) for wins, n in compared)
     return Test(
         better=float(np.mean(statistic >= statistic[0] - rounding)),
         worse=float(np.mean(statistic <= statistic[0] + rounding)),
-        smallest=1 / min(math.prod(numbers), N_PERMUTATIONS + 1),
+        smallest=1 / len(statistic),
         possible=fewest >= MIN_RUNS,
     )
+
+
+def permuted_labels(sizes: Sequence[tuple[int, int]], seed: int = 0) -> tuple[list[Floats], bool]:
+    """Return for each sequence labels of its runs, the first n of them A's in the first row.
+
+    They are all that there are, to be combined over sequences, if the combinations are at most
+    10,000; otherwise they are as many random ones.
+    """
+    if math.prod(math.comb(size, n) for size, n in sizes) <= N_PERMUTATIONS + 1:
+        return [_all_labels(size, n) for size, n in sizes], True
+    return [_random_labels(*size, seed, index) for index, size in enumerate(sizes)], False
+
+
+def studentised(
+    wins: Sequence[Floats], labels: Sequence[Floats], *, combined: bool = False
+) -> Floats:
+    """Return the statistic of the permutation test, larger where A is better.
+
+    For each sequence `wins` says which of some runs beats which, and each row of `labels` which of
+    them are A's. Rows of the same number go together, or with `combined` each with each.
+    """
+    of_sequences = [_placements(*one) for one in zip(wins, labels, strict=True)]
+    excess, variance, uncertainty = (
+        _over_sequences(values, combined) for values in zip(*of_sequences, strict=True)
+    )
+    t = excess / np.sqrt(variance)
+    p = scipy.special.stdtr(variance**2 / uncertainty, -np.abs(t))
+    return np.asarray(-np.sign(t) * np.log(np.maximum(p, np.finfo(float).tiny)))
 
 
 def _placements(wins: Floats, labels: Floats) -> tuple[Floats, Floats, Floats]:
@@ -138,9 +157,9 @@ def _placements(wins: Floats, labels: Floats) -> tuple[Floats, Floats, Floats]:
     return mean - 0.5, var_a + var_b, var_a**2 / (n - 1) + var_b**2 / (m - 1)
 
 
-def _over_sequences(values: Sequence[Floats], exact: bool) -> Floats:
-    """Return sums over sequences: of all combinations of labels, or of each random set."""
-    if exact:
+def _over_sequences(values: Sequence[Floats], combined: bool) -> Floats:
+    """Return sums over sequences: of all combinations of labels, or of each row."""
+    if combined:
         return reduce(lambda a, b: np.add.outer(a, b).ravel(), values)
     return np.asarray(np.sum(values, axis=0))
 
