@@ -265,8 +265,8 @@ def main() -> None:
         "its best 5 of 10 runs": Case(runs=(10, 5), kept=5),
         "its best of 10 runs, five times": Case(runs=(10, 5), kept=1, copies=5),
         "one run, five times": Case(runs=(1, 5), kept=1, copies=5),
-        "all of 6 sequences": six,
-        "the 3 of 6 sequences where it is best": replace(six, chosen=3),
+        "6 sequences, 1 sd between systems on each": six,
+        "the 3 of these 6 where it is best": replace(six, chosen=3),
         "the same, with --expect_all": replace(six, chosen=3, expect_all=True),
     }
     rows = {name: [found(case, draws, ahead=True)] for name, case in chosen.items()}
