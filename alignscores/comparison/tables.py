@@ -203,7 +203,7 @@ def _latex_column(
             untested, ahead = math.isnan(pair["p"]), isinstance(pair["better"], str)
             marks[other] = r"$^{\circ}$" if untested else "" if ahead else "$^{=}$"
     leading = abs(order.max())
-    decimals = max(0, 2 - math.floor(math.log10(leading))) if 1e-9 < leading < math.inf else 3
+    decimals = max(0, 3 - math.ceil(math.log10(leading))) if 1e-9 < leading < math.inf else 3
     cells = []
     for row, mean, other_runs in zip(records(table), means, failed, strict=True):
         text = _fixed(mean, decimals)
