@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Floats
 
 __all__ = ["LEVEL", "MIN_RUNS", "MIN_SEQUENCES", "N_PERMUTATIONS", "Interval", "Test"]
-__all__ += ["beats", "difference", "failure_interval", "false_discovery", "holm"]
+__all__ += ["beats", "difference", "false_discovery", "holm"]
 __all__ += ["paired_test", "permutation_test", "permuted_labels", "sequence_test"]
 __all__ += ["studentised", "wins"]
 
@@ -263,9 +263,3 @@ def difference(runs: Runs, paired: bool = False) -> Interval:
     dof = total**2 / (shares**2 / free).sum()
     reach = float(scipy.special.stdtrit(dof, 1 - LEVEL / 2) * math.sqrt(total) / len(runs))
     return Interval(value, value - reach, value + reach)
-
-
-def failure_interval(failed: int, runs: int) -> tuple[float, float]:
-    """Return Clopper and Pearson's interval of 95 % for the probability that a run fails."""
-    low, high = scipy.stats.binomtest(failed, runs).proportion_ci(1 - LEVEL)
-    return float(low), float(high)

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+import scipy
 
 from ..arrays import Floats
 from ..metrics import metric
@@ -176,7 +177,7 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
         everywhere = [name for name in own_means.index if name in common]
         places = everywhere if sequence is None else [sequence]
         failed = int((own["status"] != "scored").sum())
-        low, high = statistics.failure_interval(failed, len(own))
+        low, high = scipy.stats.binomtest(failed, len(own)).proportion_ci(1 - LEVEL)
         units = own["d"].dropna()
         row = {
             "system": system,
