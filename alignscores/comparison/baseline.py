@@ -20,7 +20,7 @@ from .verdict import difference_text, p_text
 
 __all__ = ["GATE_LEVEL", "Changes", "changes", "changes_table", "means_of_both", "read_baseline"]
 
-GATE_LEVEL = 0.01  # of ``worse``: half a false alarm in 50 builds of equal systems
+GATE_LEVEL = 0.01  # of ``worse``: of 50 builds of equal systems half a one is expected to fail
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Changes:
 
     `systems` has a row for each system: its means on the sequences of both, `wins` of the new runs,
     the difference with its interval, one-sided p-values by Holm's method over the systems, and what
-    is significant at `level`. `p_smallest` is the least that the runs of a system can reach.
+    is significant at `level`. `p_smallest` is the least p-value that so many runs can have.
     """
 
     file: str
@@ -58,8 +58,8 @@ class Changes:
 
     @property
     def is_void(self) -> bool:
-        """Whether no system can be significantly worse."""
-        return not (self.systems["p_smallest"] <= self.level).any()
+        """Whether no system that is in both can be significantly worse."""
+        return len(self.systems) > 0 and not (self.systems["p_smallest"] <= self.level).any()
 
     @property
     def notes(self) -> list[str]:
