@@ -21,7 +21,7 @@ from ..files import (
 from .text import format_of_table, read_hloc
 from .trajectory import Trajectory, checked, inverse_poses, poses_from_quaternions
 
-__all__ = ["has_model", "is_model", "read_colmap", "read_rig_frames"]
+__all__ = ["has_model", "is_model", "read_colmap", "read_colmap_models", "read_rig_frames"]
 
 Images = list[tuple[str, tuple[float, ...], int]]  # names, qw qx qy qz tx ty tz, and IMAGE_IDs
 
@@ -42,8 +42,9 @@ def read_colmap(path: Any) -> Trajectory:
     Parameters
     ----------
     path : path or pycolmap.Reconstruction
-        The model's folder, with text or binary files, or the model in memory; also hloc's table
-        ``name qw qx qy qz tx ty tz``, which has COLMAP's convention.
+        The model's folder, with text or binary files, or the folder of a single model's folder; or
+        the model in memory; also hloc's table ``name qw qx qy qz tx ty tz``, which has COLMAP's
+        convention.
 
     Returns
     -------
@@ -65,11 +66,43 @@ def read_colmap(path: Any) -> Trajectory:
     if not is_model(path):
         return _read(Path(path))
     images = []
-    for image in _images(path):
+    for image in _registered(path):
         pose = image.cam_from_world()
         x, y, z, w = pose.rotation.quat
         images.append((image.name, (w, x, y, z, *pose.translation), image.image_id))
     return _trajectory("the Reconstruction", images)
+
+
+def read_colmap_models(path: FilePath) -> dict[str, Trajectory]:
+    """Read all models in a folder such as COLMAP's ``sparse``, each in a folder of its own.
+
+    Parameters
+    ----------
+    path : path
+        The folder.
+
+    Returns
+    -------
+    dict of str to Trajectory
+        The models by the names of their folders, as of `read_colmap`; without models that have no
+        registered image, and empty for anything but such a folder.
+
+    Raises
+    ------
+    FileError
+        Where a model cannot be read.
+
+    Examples
+    --------
+    >>> from alignscores.io import read_colmap_models
+    >>> {name: len(model.keys) for name, model in read_colmap_models("tests/data/colmap").items()}
+    {'estimate': 37, 'reference': 40}
+    """
+    folder = Path(path)
+    if not folder.is_dir() or any(folder.glob("images.*")):
+        return {}
+    images = {model.name: _images(model) for model in _folders_of_models(folder)}
+    return {name: _trajectory(folder / name, own) for name, own in images.items() if own}
 
 
 def read_rig_frames(path: Any) -> dict[str, int]:
@@ -98,20 +131,23 @@ def read_rig_frames(path: Any) -> dict[str, int]:
     {}
     """
     if is_model(path):
-        frames = {image.name: getattr(image, "frame_id", image.image_id) for image in _images(path)}
+        registered = _registered(path)
+        frames = {image.name: getattr(image, "frame_id", image.image_id) for image in registered}
         return frames if len(set(frames.values())) < len(frames) else {}
-    file = Path(path)
-    if file.is_dir():
-        file = next((one for one in _files_of_images(file) if one.exists()), file)
+    folder = Path(path)
+    if folder.is_file():
+        folder = folder.parent if folder.stem == "images" else folder
+    elif not _file_of_images(folder).exists() and len(models := _folders_of_models(folder)) == 1:
+        folder = models[0]
+    file = _file_of_images(folder)
     frames_file, rigs = (file.with_name(f"{stem}{file.suffix}") for stem in ("frames", "rigs"))
-    if file.stem != "images" or not (frames_file.exists() and rigs.exists()):
+    if not (file.exists() and frames_file.exists() and rigs.exists()):
         return {}
-    binary = file.suffix == ".bin"
-    frame_of = (_frames_of_binary if binary else _frames_of_text)(frames_file)
+    read = _frames_of_binary if file.suffix == ".bin" else _frames_of_text
+    frame_of = read(frames_file)
     if max(Counter(frame_of.values()).values(), default=0) < 2:
         return {}
-    images = (_images_of_binary if binary else _images_of_text)(file)
-    return {name: frame_of[number] for name, _, number in images if number in frame_of}
+    return {name: frame_of[number] for name, _, number in _images(folder) if number in frame_of}
 
 
 def is_model(model: object) -> bool:
@@ -119,14 +155,9 @@ def is_model(model: object) -> bool:
     return type(model).__module__.partition(".")[0] == "pycolmap"
 
 
-def _images(model: Any) -> list[Any]:
+def _registered(model: Any) -> list[Any]:
     """Return the registered images of a model of pycolmap."""
     return [image for image in model.images.values() if image.has_pose]
-
-
-def _files_of_images(folder: Path) -> tuple[Path, Path]:
-    """Return where a model may have its images; COLMAP reads the binary file if it has both."""
-    return folder / "images.bin", folder / "images.txt"
 
 
 def has_model(folder: Path) -> bool:
@@ -138,21 +169,37 @@ def _read(path: Path) -> Trajectory:
     """Read a model from its folder or its images.bin or images.txt, or a table of hloc."""
     if path.is_file():
         return _read_file(path)
-    for file in _files_of_images(path):
-        if file.exists():
-            return _read_file(file)
-    if models := sorted({file.parent.name for file in path.glob("*/images.*")}):
-        example = path / models[0]
-        raise FileError(path, f"holds {len(models)} models; name one, such as {example}")
+    if _file_of_images(path).exists():
+        return _trajectory(path, _images(path))
+    if models := _folders_of_models(path):
+        if len(models) == 1:
+            return _read(models[0])
+        raise FileError(path, f"holds {len(models)} models; name one, such as {models[0]}")
     reason = "is not a folder with a COLMAP model, as sparse/0 is"
     raise FileError(path, f"{reason}: it has no images.bin or images.txt")
 
 
+def _folders_of_models(folder: Path) -> list[Path]:
+    """Return the folders of the models in a folder: 0, 1, ..., 10, ..."""
+    models = {file.parent for file in folder.glob("*/images.*") if file.suffix in (".bin", ".txt")}
+    return sorted(models, key=lambda model: (len(model.name), model.name))
+
+
+def _file_of_images(folder: Path) -> Path:
+    """Return the file with the images of a model: the binary one, if there is one."""
+    binary = folder / "images.bin"
+    return binary if binary.exists() else folder / "images.txt"
+
+
+def _images(model: Path) -> Images:
+    """Return the registered images of the model in a folder."""
+    file = _file_of_images(model)
+    return _images_of_binary(file) if file.suffix == ".bin" else _images_of_text(file)
+
+
 def _read_file(path: Path) -> Trajectory:
-    if path.name == "images.bin":
-        return _trajectory(path.parent, _images_of_binary(path))
-    if path.name == "images.txt":
-        return _trajectory(path.parent, _images_of_text(path))
+    if path.name in ("images.bin", "images.txt"):
+        return _trajectory(path.parent, _images(path.parent))
     with suppress(FileError):
         if format_of_table(path) == "hloc":
             return read_hloc(path)
