@@ -173,7 +173,8 @@ def score(
         )
 
     scored = _each_model(reference, models, settings, groups)
-    of_models = poses_of_models(reference.with_rotations(), models, settings)
+    with collected_warnings():  # those of the best model are notes
+        of_models = poses_of_models(reference.with_rotations(), models, settings)
     rows = in_order(models, of_models, scored)
     best = rows[0].name
     text = f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
