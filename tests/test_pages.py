@@ -184,6 +184,8 @@ def run_python_program(command):
             | ["-m", "studies.calibration" as module, "--draws", _]
         ):
             assert list(ROOT.glob(f"{module.replace('.', '/')}.py")) or (ROOT / module).is_dir()
+        case ["flight/make.py" as script, *_]:
+            run_other([sys.executable, script, *arguments[1:]])
         case [script]:
             assert (ROOT / script).is_file(), command
         case _:
@@ -212,7 +214,12 @@ def no_check(command):
 
 
 def run_other(command):
-    subprocess.run(command, check=True)
+    """Run a command, with its redirection."""
+    if ">" in command:
+        *command, _, target = command
+        Path(target).write_bytes(subprocess.run(command, check=True, capture_output=True).stdout)
+    else:
+        subprocess.run(command, check=True)
 
 
 COMMANDS = {
