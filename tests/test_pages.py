@@ -45,7 +45,7 @@ PAGES = sorted([*ROOT.glob("*.md"), *DOCS.glob("[!_]*.md"), *DOCS.glob("[!_]*/*.
 BLOCK = re.compile(r"^( *)```(\w[\w-]*|\{[\w-]+\})[^\n]*\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w-]+\.(?:yaml|txt)|Snakefile)\n")
 RUNS = {"bash", "console", "python", "text", "yaml"}
-SHOWN = {"{argparse}", "{columns}", "{eval-rst}", "{literalinclude}", "{toctree}"}  # by Sphinx
+SHOWN = {"{argparse}", "{image}", "{columns}", "{eval-rst}", "{literalinclude}", "{toctree}"}  # by Sphinx
 SHOWN |= {"py"}  # what needs PyTorch, which the lock is without, or runs from elsewhere
 
 
