@@ -1,4 +1,4 @@
-"""Agreement with the values of the published implementation; see `docs/explanation/findings.md`.
+"""Agreement with the values of the published implementation; see `docs/explanation/decisions.md`.
 
 TAS is a distribution there (20 runs); everything else that is compared here is deterministic.
 """
