@@ -41,11 +41,25 @@ from .snakemake_server import run_snakemake
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = sorted([*ROOT.glob("*.md"), *DOCS.glob("[!_]*.md"), *DOCS.glob("[!_]*/*.md")])
+PAGES = sorted(
+    [
+        *ROOT.glob("*.md"),
+        *ROOT.glob(".github/*.md"),
+        *DOCS.glob("[!_]*.md"),
+        *DOCS.glob("[!_]*/*.md"),
+    ]
+)
 BLOCK = re.compile(r"^( *)```(\w[\w-]*|\{[\w-]+\})[^\n]*\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w-]+\.(?:yaml|txt)|Snakefile)\n")
 RUNS = {"bash", "console", "python", "text", "yaml"}
-SHOWN = {"{argparse}", "{image}", "{columns}", "{eval-rst}", "{literalinclude}", "{toctree}"}  # by Sphinx
+SHOWN = {
+    "{argparse}",
+    "{image}",
+    "{columns}",
+    "{eval-rst}",
+    "{literalinclude}",
+    "{toctree}",
+}  # by Sphinx
 SHOWN |= {"py"}  # what needs PyTorch, which the lock is without, or runs from elsewhere
 
 
