@@ -199,7 +199,7 @@ def test_order_and_prescreen_reach_the_registration(scene, options, m, prescreen
         ("TAS(n_thresholds=2.5)", "n_thresholds should be a valid integer, "),
         ("mAA(fold_sign=maybe)", "fold_sign should be a valid boolean, "),
         ("TAS(registration=umeyama)", "registration should be 'pcr99', 'refined' or 'literal_"),
-        ("TAS(registration=refined, order=0.2)", "prescreen and order can be set for pcr99 alone"),
+        ("TAS(registration=refined, order=0.2)", "prescreen and order can be set only for pcr99"),
     ],
 )
 def test_impossible_options_are_refused_in_one_line(column, problem):
