@@ -85,8 +85,8 @@ def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path):
 def scenario(*overrides):
     levels = ["n_outliers=[0,10,20,30,50]", "sigma_t=[0.01,0.03,0.05,0.07,0.1]"]
     settings = [*levels, "sigma_r_deg=[1,3,5,7,10]", "trials=20", "metrics=[ATE,TAS,RAS,PAS]"]
-    own = {override.partition("=")[0]: override for override in (*settings, *overrides)}
-    return load_sweep(["experiment=maa_vs_pas_outliers", *own.values()])
+    values = {override.partition("=")[0]: override for override in (*settings, *overrides)}
+    return load_sweep(["experiment=maa_vs_pas_outliers", *values.values()])
 
 
 @pytest.fixture(scope="module")
