@@ -319,7 +319,7 @@ def split_override(override: str) -> tuple[str, str]:
 
 
 def read_yaml(path: Path, schema: type[T]) -> T:
-    """Read a file of YAML as what its type says: all keys, no others, of their types."""
+    """Read a YAML file, and check its keys and their types."""
     try:
         content = load_yaml(path)
     except ValueError as error:

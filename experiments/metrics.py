@@ -205,7 +205,7 @@ def _tas(
     """Score the position errors, computed once for all columns that are registered alike."""
     units = _d(trials, quantile=quantile, interpolated=interpolated)
     register = _registration(registration, prescreen, order)
-    # PCR-99 knows nothing of unit and thresholds, whatever they are.
+    # PCR-99 does not depend on the unit and the thresholds.
     thresholds = (max_threshold, quantile, interpolated) if registration == "refined" else ()
     errors = trials.share(
         ("position errors", registration, n_hypotheses, prescreen, order, *thresholds),

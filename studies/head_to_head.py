@@ -98,7 +98,7 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
 
 
 def _is_the_noise(level: str, trials: pd.DataFrame) -> bool:
-    """Whether rotation noise is the noise, or rises with it."""
+    """Return whether rotation noise is the noise, or rises with it."""
     pairs = trials[["sigma_t", "sigma_r_deg"]].drop_duplicates()
     return level == "rotation noise" and len(pairs) == trials["sigma_r_deg"].nunique()
 

@@ -28,7 +28,7 @@ PAPER = {  # rows of table 1: scale unnecessary, outliers, collinearity, traject
     "RAS": (True, True, True, True),
     "PAS": (True, True, True, True),
 }
-ROWS = {  # of metrics that share one: its yes is claimed of each, its no of one at least
+ROWS = {  # shared by metrics: a yes is claimed of each, a no of at least one
     **dict.fromkeys(("DTE", "DRE"), "DTE & DRE"),
     **dict.fromkeys(("TAS", "RAS", "PAS"), "TAS, RAS & PAS"),
 }
@@ -48,10 +48,10 @@ CRITERIA = (
     "over all noise levels too, mean over these",
 )
 NOTES = (
-    f"The paper has one row for {ROWS['DTE']} and one for {ROWS['TAS']}. Its yes is claimed of "
-    "each of them, its no of one at least.",
+    f"The paper has one row for {ROWS['DTE']} and one for {ROWS['TAS']}. A yes is claimed of "
+    "each metric, a no of at least one.",
     "On a line the paper's yes for ATE and DTE holds only without outliers: in its Figure 3, as "
-    "here, a single one blinds both.",
+    "here, a single one makes both flat.",
 )
 CAPTION = (
     "The paper's four rows, then each metric. **Bold**: not as in the paper's Table 1. In brackets "
