@@ -115,7 +115,7 @@ def test_the_composed_settings_have_the_options_of_the_metrics(command, capsys):
     [
         ("trials=0", 2, "setting 'trials': should be greater than or equal to 1, not 0"),
         ("tas.registration=umeyama", 2, "setting 'tas.registration': should be 'pcr99', "),
-        ("tas.order=0.2 tas.registration=refined", 2, "prescreen and order can be set only for pcr99"),
+        ("tas.order=0.2 tas.registration=refined", 2, "order can be set only for pcr99"),
         ("output=file/a.csv", 1, "cannot write file: "),
         ("output=table", 2, "setting 'output': must end in .csv, not 'table'"),
     ],
