@@ -25,7 +25,7 @@ def first_few(texts: Sequence[str]) -> str:
 
 
 def alike(notes: Iterable[tuple[str, str]]) -> list[str]:
-    """Return each note after its name; notes that differ in numbers alone share a line."""
+    """Return each note after its name; notes that differ only in numbers share a line."""
     lines: dict[str, list[str]] = {}
     for name, note in notes:
         line = f"{name}: {note}" if name else note
