@@ -81,8 +81,8 @@ def test_relative_errors(pairs, error, alignment, over):
         pairs_from_reference=pairs.endswith("reference"),
     )
     value = expected(metric, gt, est, alignment, "rmse")
-    found = evo_rpe(gt, est, **over, error=error, alignment=alignment, pairs=pairs)
-    assert found == pytest.approx(value, rel=1e-6)
+    ours = evo_rpe(gt, est, **over, error=error, alignment=alignment, pairs=pairs)
+    assert ours == pytest.approx(value, rel=1e-6)
 
 
 def test_missing_poses_are_left_out():
