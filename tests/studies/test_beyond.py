@@ -52,7 +52,7 @@ def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path, beyond):
     [
         ("", "scenarios is missing"),
         ("scenarios: {a: {}", "cannot be read"),
-        ("scenarios: {a b: {}}", "scenarios has the key 'a b', which may have letters, digits and"),
+        ("scenarios: {a b: {}}", "scenarios has the key 'a b', which may have only letters, digits"),
         ("scenarios: {a: {geometry: sphere}}", "scenarios.a: setting 'geometry': must be one of"),
         ("scenarios: {a: {noise: product}}", "scenarios.a: needs noise=paired"),
         (
@@ -78,7 +78,7 @@ def test_a_file_at_fault_is_named_in_one_line(tmp_path, text, named):
 
 def test_a_file_whose_name_would_not_do_for_results_is_refused(tmp_path):
     path = write(tmp_path, "scenarios: {a: {}}", "my study.yaml")
-    with pytest.raises(ConfigError, match="the name 'beyond_my study' may have letters"):
+    with pytest.raises(ConfigError, match="the name 'beyond_my study' may have only letters"):
         plan({"scenarios": path})
 
 
