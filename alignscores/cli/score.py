@@ -130,6 +130,15 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
     reference, *estimates = files
     if not (arguments.format or Path(reference).suffix or Path(reference).exists()):
         parser.error(f"{reference!r} is neither a file nor a format ({', '.join(FORMATS)})")
+    if (
+        arguments.format == "bag"
+        and estimates[0].startswith("/")
+        and not Path(estimates[0]).exists()
+    ):
+        hint = (
+            f"alignscores bag {reference} {reference} --ref_topic {estimates[0]} --est_topic NAME"
+        )
+        parser.error(f"{estimates[0]} is no file; topics are options here: {hint}")
     settings = parser.settings(arguments)
     if not arguments.format:
         columns = settings.ref_columns or settings.columns

@@ -14,6 +14,7 @@ from ..arrays import Floats, Indices
 from ..io import FileError, FilePath, Trajectory
 from .evaluation import Evaluation, Model
 from .match import match
+from .reading import read_estimate
 from .settings import Settings
 
 __all__ = ["ModelPoses", "in_order", "poses_of_models", "read_models"]
@@ -29,23 +30,24 @@ class ModelPoses:
     outliers: Indices  # (m,) number of images in each that the reference lacks
 
 
-def read_models(estimate: Estimate, settings: Settings) -> Mapping[str, Trajectory]:
-    """Return the models of an estimate by name: all, or the one that the settings name.
+def read_models(estimate: Estimate, settings: Settings) -> dict[str, Trajectory]:
+    """Return the models of an estimate by name, camera-to-world: all, or the one in the settings.
 
-    The result is empty for an estimate that is a single model, or of a format without models.
+    An estimate that is a single model, or of a format without models, is one without a name.
     """
     models: Mapping[str, Trajectory] = {}
     if isinstance(estimate, Mapping):
         models = estimate
     elif not isinstance(estimate, Trajectory) and settings.est_form.read_models:
         models = settings.est_form.read_models(estimate)
-    if settings.model is None:
-        return models
-    if settings.model not in models:
+    if settings.model is not None and settings.model not in models:
         has = f"its models are {', '.join(models)}" if models else "it is a single model"
         where = "the estimate" if isinstance(estimate, (Trajectory, Mapping)) else estimate
         raise FileError(where, f"has no model {settings.model!r}: {has}")
-    return {settings.model: models[settings.model]}
+    if not models and not isinstance(estimate, Mapping):
+        return {"": read_estimate(estimate, settings)}
+    names = models if settings.model is None else [settings.model]
+    return {name: read_estimate(models[name], settings) for name in names}
 
 
 def poses_of_models(

@@ -33,7 +33,6 @@ from .notes import collected_warnings, explain, reference_notes
 from .reading import (
     has_constant_rotations,
     in_memory,
-    read_estimate,
     read_reference,
     with_formats,
 )
@@ -137,12 +136,10 @@ def score(
         file,
     )
     with collected_warnings() as of_file:  # these name the file
-        several = read_models(estimate, settings)
-        models = {key: read_estimate(one, settings) for key, one in several.items()}
-        if len(models) < 2:
-            poses = next(iter(models.values()), None) or read_estimate(estimate, settings)
+        models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]
-    if len(models) < 2:
+    if len(models) == 1:
+        (poses,) = models.values()
         return _score_one(
             reference, poses, settings, name, files, notes, check=check, functions=functions
         )

@@ -15,7 +15,7 @@ from .colmap import is_model, read_colmap, read_colmap_models
 from .columns import parse_columns
 from .formats import FORMATS, Format, recognise
 from .g2o import read_g2o
-from .scenes import read_nerf, read_opensfm
+from .scenes import read_nerf, read_opensfm, read_opensfm_models
 from .text import (
     read_euroc,
     read_hloc,
@@ -51,6 +51,7 @@ __all__ = [
     "read_names",
     "read_nerf",
     "read_opensfm",
+    "read_opensfm_models",
     "read_stamps",
     "read_tum",
     "recognise",

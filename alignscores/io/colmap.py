@@ -84,7 +84,7 @@ def read_colmap_models(path: FilePath) -> dict[str, Trajectory]:
     --------
     >>> from alignscores.io import read_colmap_models
     >>> {name: len(model.keys) for name, model in read_colmap_models("tests/data/colmap").items()}
-    {'estimate': 40, 'reference': 40}
+    {'estimate': 37, 'reference': 40}
     """
     folder = Path(path)
     if not folder.is_dir() or any(folder.glob("images.*")):

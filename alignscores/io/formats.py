@@ -9,7 +9,7 @@ from .arrays import read_arrays
 from .bags import read_bag
 from .colmap import has_model, read_colmap, read_colmap_models
 from .g2o import is_g2o, read_g2o
-from .scenes import is_json, is_opensfm, read_nerf, read_opensfm
+from .scenes import is_json, is_opensfm, read_nerf, read_opensfm, read_opensfm_models
 from .text import (
     format_of_table,
     has_matrices,
@@ -114,6 +114,7 @@ FORMATS = {
         begins=is_opensfm,
         unit="units",
         ordered=False,
+        read_models=read_opensfm_models,
     ),
     "nerf": Format(
         "transforms.json, or nerfstudio's exported cameras, matched by file_path",

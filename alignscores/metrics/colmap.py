@@ -107,7 +107,7 @@ def _n_failed(estimated: Booleans, outliers: ArrayLike) -> int:
     together = sum(int(estimated[of].any(axis=0).sum()) - 1 for of in estimated.T if of.any())
     registered = own + np.asarray(outliers)
     of_outliers = registered * (registered - 1) - own * (own - 1)
-    n_failed = n * (n - 1) - together + int(of_outliers.sum())
+    n_failed = int(n * (n - 1) - together + of_outliers.sum())
     return n_failed if n > 1 else max(n_failed, 1)
 
 

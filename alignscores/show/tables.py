@@ -154,7 +154,10 @@ def markdown(scored: Sequence[Evaluation], more_notes: Sequence[str] = ()) -> st
         index=False, disable_numparse=True, colalign=["left", *["right"] * (len(rows[0]) - 1)]
     )
     notes = [f"- {_escaped(note)}" for note in notes_of(scored, more_notes)]
-    below = map(_escaped, conditions(scored))
+    below = list(map(_escaped, conditions(scored)))
+    if (models := models_of(scored))[1:]:
+        rows = [list(map(_escaped, row)) for row in models]
+        below.append(frame(rows).to_markdown(index=False, disable_numparse=True))
     return "\n\n".join([table, *below, *(["\n".join(notes)] if notes else [])]) + "\n"
 
 

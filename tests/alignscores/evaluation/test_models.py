@@ -251,3 +251,35 @@ def test_splitting_does_not_raise_the_tas(kind, seed):
     }
     with pytest.raises(ValueError, match="can be scored"):
         evaluate(reference, of_three)
+
+
+def test_reconstructions_of_opensfm(run, score, example, tmp_path):
+    """A list in one file, as OpenSfM writes it; the reference's largest one is read."""
+    lists = []
+    for names, poses in (example[0], parts_of(example[1], range(20))["0"]):
+        vectors = Rotation.from_matrix(poses[:, :3, :3].swapaxes(1, 2)).as_rotvec()
+        steps = -np.einsum("nji,nj->ni", poses[:, :3, :3], poses[:, :3, 3])
+        rows = zip(names.tolist(), vectors.tolist(), steps.tolist(), strict=True)
+        lists.append({"shots": {name: {"rotation": v, "translation": t} for name, v, t in rows}})
+    (tmp_path / "gt.json").write_text(json.dumps(lists[:1]))
+    (tmp_path / "est.json").write_text(json.dumps([lists[1], lists[1], {"shots": {}}]))
+    (found,) = score("opensfm", tmp_path / "gt.json", tmp_path / "est.json")
+    assert [one["name"] for one in found["models"]] == ["0", "1"]
+    (alone,) = score("opensfm", tmp_path / "gt.json", tmp_path / "est.json", "--model", "1")
+    assert (alone["PAS"], alone["models"]) == (found["PAS"], [])
+    markdown = run("opensfm", tmp_path / "gt.json", tmp_path / "est.json", "--markdown", "-")[1]
+    assert "| est.json   | 1       | 20       |" in markdown.replace("\\", "")
+
+
+def test_compare_takes_folders_of_models(run, example, tmp_path):
+    """As the estimate of a system."""
+    write_poses["colmap"](tmp_path / "gt", *example[0])
+    for system, parts in (("whole", [range(37)]), ("split", [range(20), range(20, 37)])):
+        for number, rows in enumerate(parts):
+            folder = tmp_path / f"{system}/sparse/{number}"
+            write_poses["colmap"](folder, example[1].keys[rows], example[1].poses[rows])
+    patterns = f"{tmp_path}/gt", f"{tmp_path}/{{system}}/sparse"
+    code, out, err = run("compare", "colmap", *patterns, "--json", "--jobs", "1")
+    assert code == 0, err
+    scores = {one["system"]: one["PAS"] for one in json.loads(out)["runs"]}
+    assert scores["whole"] > scores["split"] + 0.2
