@@ -140,11 +140,13 @@ def check_scorable(
             f"the expected frames, and it takes {needed} ({options})"
         )
     if np.isnan(matches.unit):
-        n = len(matches.expected_rows)
+        n, what = len(matches.expected_rows), "poses"
+        if matches.n_rig_frames:
+            n, what = matches.n_rig_frames, "rig frames"
         reason = (
-            f"the reference has {n} of the 4 poses that it takes"
+            f"the reference has {n} of the 4 {what} that it takes"
             if n < 4
-            else "at least three quarters of the reference poses coincide with another one"
+            else f"at least three quarters of the reference {what} coincide with another one"
         )
         raise ValueError(f"d cannot be derived: {reason}; --unit sets it")
 

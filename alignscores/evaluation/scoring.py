@@ -144,7 +144,8 @@ def score(
     """Read, match, score and explain one estimate; of several models the best one has the scores.
 
     With `check` the notes look for mistakes in both files, which takes most of the time. `ref_file`
-    is where the reference was read from; `functions` are metrics next to those in the settings.
+    is where the reference was read from; `rig_frames` are those of the reference's keys, if not
+    their names say them; `functions` are metrics next to those in the settings.
     """
     file = str(estimate) if isinstance(estimate, (str, PathLike)) else ""
     files = Files(
@@ -156,6 +157,7 @@ def score(
     with collected_warnings() as of_file:  # these name the file
         models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]
+    groups = by_keys(rig_frames, reference.keys)
     if len(models) == 1:
         (poses,) = models.values()
         return _score_one(
@@ -165,13 +167,14 @@ def score(
             name,
             files,
             notes,
-            rig_frames=rig_frames,
+            groups=groups,
             check=check,
             functions=functions,
         )
 
-    scored = _each_model(reference, models, settings, rig_frames)
-    of_models = poses_of_models(reference.with_rotations(), models, settings)
+    scored = _each_model(reference, models, settings, groups)
+    with collected_warnings():  # those of the best model are notes
+        of_models = poses_of_models(reference.with_rotations(), models, settings)
     rows = in_order(models, of_models, scored)
     best = rows[0].name
     text = f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
@@ -183,7 +186,7 @@ def score(
         name,
         files,
         notes,
-        rig_frames=rig_frames,
+        groups=groups,
         check=check,
         functions=functions,
         of_models=of_models,
@@ -195,7 +198,7 @@ def _each_model(
     reference: Trajectory,
     models: Mapping[str, Trajectory],
     settings: Settings,
-    rig_frames: Mapping[Any, int],
+    groups: Indices | None,
 ) -> dict[str, Evaluation]:
     """Score each model of a set by its name; those with too few images are left out."""
     if settings.missing == "ignore":
@@ -213,7 +216,7 @@ def _each_model(
                 name,
                 files,
                 [],
-                rig_frames=rig_frames,
+                groups=groups,
                 check=False,
             )
     if not scored:
@@ -233,7 +236,7 @@ def _score_one(
     files: Files,
     notes: list[Note],
     *,
-    rig_frames: Mapping[Any, int],
+    groups: Indices | None,
     check: bool,
     functions: Iterable[Metric | Callable[..., Any]] = (),
     of_models: ModelPoses | None = None,
@@ -245,7 +248,6 @@ def _score_one(
     constant, poses = _constant(poses, settings, has_rotations)
     notes += constant
     reference, poses = reference.with_rotations(), poses.with_rotations()
-    groups = by_keys(rig_frames, reference.keys)
 
     def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
         return _compared(ref, est, tried, has_rotations, groups).scored
