@@ -111,7 +111,7 @@ def environment(folder, wheel, *requirements):
     return folder / "bin"
 
 
-def loaded(place):
+def loaded(folder):
     """Score with the package at a place; return what is printed, and the error."""
     code = """
 import pkgutil
@@ -122,7 +122,7 @@ print(*(module.name for module in pkgutil.iter_modules(alignscores.registration.
 """
     command = [sys.executable, "-P", "-c", code]
     done = subprocess.run(
-        command, env=os.environ | {"PYTHONPATH": str(place)}, capture_output=True, text=True
+        command, env=os.environ | {"PYTHONPATH": str(folder)}, capture_output=True, text=True
     )
     return done.stdout.split(), done.stderr.strip().split("\n")[-1]
 
@@ -227,8 +227,8 @@ def test_numpy_and_scipy_alone_score_text_files(source, tmp_path, monkeypatch, c
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
     assert sorted(run("python", "-c", NAMES).split()) == ["alignscores", "numpy", "scipy"]
-    for form in ("tum", "euroc", "kitti", "nerf"):
-        arguments = form, *FILES[form], "--json"
+    for name in ("tum", "euroc", "kitti", "nerf"):
+        arguments = name, *FILES[name], "--json"
         assert alignscores(arguments) == 0
         ours, theirs = (
             flat(json.loads(printed)["results"])
