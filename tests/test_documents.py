@@ -1,15 +1,21 @@
-"""What the documents say of the project and of each other."""
+"""What the documents say of the project and of each other, and the data of their examples."""
 
 import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
 import alignscores
+from studies.claims import INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, statements
 
 ROOT = Path(__file__).parents[1]
+VERDICTS = REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE
 FOLDERS = ("*.md", "docs/[!_]*.md", "docs/[!_]*/*.md", ".github/*.md")
 DOCUMENTS = sorted(path for pattern in FOLDERS for path in ROOT.glob(pattern))
 LINK = re.compile(r"(?:\]\(|src=\")([^)\"\s]+)")
@@ -47,3 +53,40 @@ def test_one_version_and_one_licence():
     assert citation["version"] == alignscores.__version__
     assert project["license"] == citation["license"] == "BSD-3-Clause"
     assert (ROOT / "LICENSE").read_text().startswith("BSD 3-Clause License")
+
+
+def test_the_flight_is_what_its_script_writes(tmp_path):
+    """Every number of the documentation can be computed again from a clone."""
+    flight = ROOT / "tests" / "data" / "flight"
+    subprocess.run([sys.executable, flight / "make.py", tmp_path], check=True)
+    written = sorted(path.name for path in tmp_path.iterdir())
+    assert written == sorted(path.name for path in flight.glob("*.txt"))
+    for name in written:
+        rows = np.loadtxt(flight / name)
+        np.testing.assert_allclose(np.loadtxt(tmp_path / name), rows, rtol=0, atol=2e-3)
+
+
+def test_counts_of_statements_are_those_of_the_published_claims():
+    """In README and on the page of the paper's claims."""
+    claims = pd.read_csv(ROOT / "experiments" / "published" / "claims.csv")
+    counted = claims[claims["implied_by"].isna()]
+    of_claims = counted["verdict"].value_counts()
+    of_statements = statements(claims)["verdict"].value_counts()
+    reproduced, failed, unsure = (of_statements[verdict] for verdict in VERDICTS)
+    words = dict(
+        enumerate(
+            ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"]
+        )
+    )
+    counts = (
+        f"{reproduced} are reproduced, {words[failed]} are not, and {words[unsure]} are "
+        "inconclusive"
+    )
+    readme = " ".join((ROOT / "README.md").read_text().split())
+    assert f"{len(statements(claims))} checkable statements: {counts}" in readme
+    findings = (ROOT / "docs" / "explanation" / "findings.md").read_text()
+    assert (
+        f"{len(statements(claims))} checkable statements **{reproduced} are reproduced**"
+        in findings
+    )
+    assert f"| {', '.join(str(of_claims[verdict]) for verdict in VERDICTS)} |" in findings

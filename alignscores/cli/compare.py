@@ -158,6 +158,8 @@ def _run(argv: Sequence[str]) -> int:
         changed = changes(found, arguments.baseline, saved, *levels[:1])
     reasons = reasons_to_fail(gate, found, changed) if gate else []
     problems = found.problems + [f"{error}; it counts as a failure" for error in found.failed]
+    if changed and changed.is_void and any(one.relation == WORSE for one in gate):
+        problems.append(f"no system can be worse at a level of {changed.level:g}: too few runs")
 
     report = Report(found, changed, reasons)
     for option, path in outputs.items():

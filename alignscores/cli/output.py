@@ -18,6 +18,9 @@ __all__ = ["Results", "one_line", "print_error", "print_note", "print_notes"]
 __all__ += ["show_progress", "show_table", "table_width"]
 
 
+SHOWN_MODELS = 5  # of an estimate, without --verbose
+
+
 @dataclass
 class Results:
     """What became of all files: evaluations, failures, and notes on the reference."""
@@ -72,6 +75,8 @@ def show_table(results: Results, *, verbose: bool) -> None:
     scored = results.scored
     print(tables.text(scored, table_width()))
     print("\n".join(tables.conditions(scored)))
+    if models := tables.text_of_models(scored, most=None if verbose else SHOWN_MODELS):
+        print(f"\n{models}")
     if verbose and not results.settings.metrics:
         print(f"\n{tables.text_of_deficits(scored)}\n")
         for term, meaning in tables.terms(scored):

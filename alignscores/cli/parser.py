@@ -7,31 +7,10 @@ from typing import Any, NoReturn
 
 from ..evaluation.settings import Settings, options
 from ..texts import printable
+from .evo import ELSEWHERE, add_alignment, alignment_of
+from .output import print_note
 
 __all__ = ["Parser", "output_file"]
-
-ELSEWHERE = {  # options of evo, and what to use here
-    **dict.fromkeys(["-a", "--align"], "it is --alignment rigid here"),
-    **dict.fromkeys(["-s", "--correct_scale", "-as"], "it is --alignment similarity, the default"),
-    "-va": "it is -v --alignment rigid here",
-    "-vas": "it is -v here, since --alignment similarity is the default",
-    "-p": "it is --plot here",
-    **dict.fromkeys(
-        ["-r", "--pose_relation"],
-        "positions and rotations are always scored; evo's errors are --metrics ate:rmse,rpe@1m,are",
-    ),
-    **dict.fromkeys(
-        ["-d", "--delta", "-u", "--delta_unit"],
-        "evo's RPE is a metric here, such as --metrics rpe@1m or rpe@10f",
-    ),
-    **dict.fromkeys(
-        ["--align_origin", "--n_to_align"],
-        "all poses are aligned; --alignment none compares them as they are",
-    ),
-    "--project_to_plane": "all three dimensions count; --alignment yaw keeps the vertical axis",
-    "--ref": "the reference is the first file here",
-    "--save_table": "evo_res writes tables of --save_results; --save_csv FILE.csv is ours",
-}
 
 
 class Parser(argparse.ArgumentParser):
@@ -72,6 +51,7 @@ class Parser(argparse.ArgumentParser):
                 self.groups[option.group] = self.add_argument_group(option.group)
             add = self.groups[option.group].add_argument
             add(f"--{name}", default=default, help=help, **kind)
+        add_alignment(self.groups["scoring"].add_argument)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Return the arguments; options of other programs end in a hint."""
@@ -85,6 +65,9 @@ class Parser(argparse.ArgumentParser):
     def settings(self, arguments: argparse.Namespace) -> Settings:
         """Return the settings that were given."""
         values = vars(arguments)
+        values["alignment"] = alignment_of(arguments, Settings.alignment, self.error)
+        if arguments.align:
+            print_note(f"-a{'s' * arguments.correct_scale}: --alignment {values['alignment']}")
         try:
             return Settings(**{name: values[name] for name in options() if name in values})
         except ValueError as error:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..evaluation.notes import collected_warnings, reference_notes
 from ..evaluation.reading import format_of, read_reference
+from ..evaluation.rigs import of_model
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..extras import require
@@ -14,6 +15,7 @@ from ..io import FAILURES, FORMATS, read_stamps
 from ..show import PLOT_MODES
 from ..texts import unique_names
 from ..version import __version__
+from .evo import add_pose_relation, check_pose_relation
 from .output import Results, print_note, print_notes, show_progress, show_table
 from .parser import Parser, output_file
 from .saving import KINDS, PRINTED, STDOUT, outputs, refuse_to_replace, save
@@ -67,7 +69,8 @@ def score_parser() -> Parser:
         only_one(f"--{form}", dest="show", action="store_const", const=form, help=help)
     written = ", ".join(kind.default for kind in KINDS.values() if kind.default)
     add("-o", "--output", metavar="FOLDER", type=Path, help=f"write all results: {written}")
-    add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
+    help = "show errors, trajectories, poses and scores"
+    add("-p", "--plot", action="store_true", help=help)
     add("--plot_mode", choices=PLOT_MODES, help="axes of trajectories (default: the two longest)")
     for name, kind in KINDS.items():
         if name in PRINTED:
@@ -76,6 +79,7 @@ def score_parser() -> Parser:
         help += "; FILE_<name> if several" if kind.each else ""
         path = output_file(*kind.suffixes) if kind.suffixes else Path
         add(f"--{name}", metavar="FILE", type=path, help=help)
+    add_pose_relation(add)
     parser.set_defaults(show="text")
     return parser
 
@@ -85,6 +89,7 @@ def run(argv: Sequence[str]) -> int:
     parser = score_parser()
     arguments = parser.parse(argv)
     reference, estimates, settings = _files(parser, arguments)
+    check_pose_relation(arguments, parser.error)
     if arguments.save_aligned and not settings.form.ordered:
         parser.error(f"--save_aligned cannot write {settings.format} files")
     if arguments.markdown == STDOUT:
@@ -102,7 +107,7 @@ def run(argv: Sequence[str]) -> int:
 
     results = Results(settings, reference)
     _score(results, list(zip(names, estimates, strict=True)), is_open=not arguments.format)
-    save(written, results, arguments.plot_mode)
+    save(written, results, arguments)
     print_notes(results, verbose=arguments.verbose)
     # Printed last: the reader may close the pipe, which ends the program.
     if arguments.show == "json" or (results.scored and arguments.show != "text"):
@@ -126,6 +131,15 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
     reference, *estimates = files
     if not (arguments.format or Path(reference).suffix or Path(reference).exists()):
         parser.error(f"{reference!r} is neither a file nor a format ({', '.join(FORMATS)})")
+    if (
+        arguments.format == "bag"
+        and estimates[0].startswith("/")
+        and not Path(estimates[0]).exists()
+    ):
+        hint = (
+            f"alignscores bag {reference} {reference} --ref_topic {estimates[0]} --est_topic NAME"
+        )
+        parser.error(f"{estimates[0]} is no file; topics are options here: {hint}")
     settings = parser.settings(arguments)
     if not arguments.format:
         columns = settings.ref_columns or settings.columns
@@ -140,6 +154,7 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
     try:
         with collected_warnings() as results.notes:
             reference = read_reference(file, settings)
+            rig_frames = of_model(file, settings)
         if settings.frames is not None:  # once for all estimates
             file = str(settings.frames)
             settings = replace(settings, frames=read_stamps(file))
@@ -155,7 +170,14 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
                 if est_format != settings.format:
                     print_note(f"{file}: detected format: {est_format}")
             results.scored.append(
-                score(reference, file, settings, name=name, ref_file=results.reference)
+                score(
+                    reference,
+                    file,
+                    settings,
+                    name=name,
+                    ref_file=results.reference,
+                    rig_frames=rig_frames,
+                )
             )
         except FAILURES as error:
             results.fail(file, error)

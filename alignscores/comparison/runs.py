@@ -19,6 +19,7 @@ from ..arrays import Booleans, Floats
 from ..evaluation.evaluation import LOST, Evaluation
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.reading import files_below, read_reference
+from ..evaluation.rigs import of_model
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings, options
 from ..extras import require
@@ -174,8 +175,15 @@ def _scored(task: Task) -> Result:
         check_file(file)
         with collected_warnings():  # the comparison shows them, once for each sequence
             reference = reference_of(task.reference, task.settings)
+            rig_frames = of_model(task.reference, task.settings)
         evaluation = score(
-            reference, file, task.settings, name="", ref_file=task.reference, check=task.check
+            reference,
+            file,
+            task.settings,
+            name="",
+            ref_file=task.reference,
+            rig_frames=rig_frames,
+            check=task.check,
         )
     except FAILURES as error:
         message = printable(why(error))

@@ -26,14 +26,14 @@ from .match import Matches
 from .perfect import simulated_scores
 from .settings import Settings
 
-__all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none", "median"]
+__all__ = ["LOST", "STATUSES", "Evaluation", "Model", "Note", "finite_or_none", "median"]
 
 STATUSES = "matched", "no rotation", "no position", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
 SAMPLE = 1000  # frames from which the chance level is computed
 NO_COLUMNS = {
     *("TAS_seeds", "perfect", "deficits", "alignment", "body_rotation", "lever_arm"),
-    *("metrics", "notes"),
+    *("metrics", "notes", "models"),
 }
 
 
@@ -53,6 +53,21 @@ class Note:
         return str(self) if self.kind == "file" else f"{name}: {self}"
 
 
+@dataclass(frozen=True)
+class Model:
+    """A model of an estimate of several: its size, and its scores with all other images missing.
+
+    Scores are None where too few of its images are in the reference.
+    """
+
+    name: str
+    images: int
+    coverage: float
+    TAS: float | None = None
+    RAS: float | None = None
+    PAS: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Evaluation:
     """An estimate with its scores, as `evaluate` returns it.
@@ -67,6 +82,8 @@ class Evaluation:
         The ground truth, in the order of time, without duplicates.
     estimate : Trajectory
         All poses of the estimate, with the clock and the camera axes of the reference.
+    read : Trajectory
+        The poses of the estimate as its file has them, camera-to-world, on their own clock.
     matches : Matches
         The poses of reference and estimate as they were scored.
     result : PASResult
@@ -88,6 +105,8 @@ class Evaluation:
         than the origin.
     notes : list of Note
         What may be wrong with the estimate or with the settings.
+    models : tuple of Model
+        The models of an estimate of several, the best one first, which has these scores.
 
     Examples
     --------
@@ -108,6 +127,7 @@ class Evaluation:
     settings: Settings
     reference: Trajectory
     estimate: Trajectory
+    read: Trajectory
     matches: Matches
     result: PASResult
     tas_seeds: list[float]
@@ -118,6 +138,7 @@ class Evaluation:
     body_rotation: Floats | None
     lever_arm: LeverArm | None
     notes: list[Note]
+    models: tuple[Model, ...] = ()
 
     def __repr__(self) -> str:
         scores = f"PAS {self.pas:.3f}, TAS {self.tas:.3f}, RAS {self.ras:.3f}"
@@ -354,6 +375,7 @@ class Evaluation:
             "body_rotation": None if self.body_rotation is None else self.body_rotation.tolist(),
             "lever_arm": None if self.lever_arm is None else self.lever_arm.vector.tolist(),
             "metrics": {name: self.value(name) for name in (*self.settings.metrics, *self.metrics)},
+            "models": [asdict(model) for model in self.models],
             "notes": [asdict(note) for note in self.notes],
         }
 

@@ -14,6 +14,7 @@ from ..texts import printable
 from ..validation import AlignmentWarning
 from .evaluation import Evaluation, Note
 from .hints import describe_rotation
+from .rigs import clumps
 from .settings import Settings
 from .time import is_near
 
@@ -64,6 +65,8 @@ def explain(
     if evaluation.matches.timed:
         kinds += [left_out_frames, duplicates, few_poses, ignored_time, chance]
     kinds += [frozen, lever_arm, indistinguishable, body_rotation, alignments]
+    if check and not hints:  # which may explain it
+        kinds.append(small_unit)
     notes = [note for kind in kinds if (note := kind(evaluation))] + list(hints)
     if check and evaluation.has_rotations and (low := low_score(evaluation)):
         notes.append(low)
@@ -100,6 +103,25 @@ def unmatched(evaluation: Evaluation) -> Note | None:
         if matches.matched == len(matches.expected_rows):
             where += " (it has all of the reference's, too: the reference comes first)"
     return Note("unmatched", f"{matches.unmatched} of {len(keys)} {where}")
+
+
+def small_unit(evaluation: Evaluation) -> Note | None:
+    """Note that d is far below the spacing of the path, as where it is the baseline of a rig."""
+    matches, settings = evaluation.matches, evaluation.settings
+    if settings.unit is not None or matches.n_rig_frames:
+        return None
+    positions, d = evaluation.reference.poses[matches.expected_rows, :3, 3], matches.unit
+    n, spacing = clumps(positions, d)
+    if not n:
+        return None
+    unit = settings.form.unit
+    text = (
+        f"d = {d:.3g} {unit} is far below the spacing of the path: most reference poses lie in "
+        f"clumps of {n}, about {spacing:.3g} {unit} apart"
+    )
+    named = matches.keys.dtype.kind == "U"
+    remedy = "--rig_frames takes rig frames from the names" if named else f"--unit {spacing:.3g}"
+    return Note("spacing", text, f"if these are cameras of one rig, {remedy}, in Python groups=")
 
 
 def left_out_frames(evaluation: Evaluation) -> Note | None:

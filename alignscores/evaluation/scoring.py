@@ -2,15 +2,18 @@
 
 import math
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Floats
+from ..arrays import Floats, Indices
 from ..io import FilePath, Trajectory
 from ..metrics import SCORES, Metric, metric
 from ..pose import PASResult, pas
@@ -26,14 +29,15 @@ from .evaluation import Evaluation, Note, finite_or_none
 from .hints import Files, Scored, find_convention, look, rescue, rotate_cameras
 from .lever import LeverArm, find_lever_arm, with_lever_arm
 from .match import Matches, check_scorable, match, no_clock, poses_of_rows, with_stamps_of_sparse
+from .models import ModelPoses, in_order, poses_of_models, read_models
 from .notes import collected_warnings, explain, reference_notes
 from .reading import (
     has_constant_rotations,
     in_memory,
-    read_estimate,
     read_reference,
     with_formats,
 )
+from .rigs import by_keys, of_groups, of_model
 from .settings import Settings, changed
 
 __all__ = ["evaluate", "score"]
@@ -48,6 +52,7 @@ def evaluate(
     settings: Settings | None = None,
     *,
     times: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
+    groups: ArrayLike | None = None,
     **changes: Any,
 ) -> Evaluation:
     """Score an estimate against its reference, as the command ``alignscores`` does.
@@ -56,11 +61,16 @@ def evaluate(
     ----------
     reference, estimate : path, (n, 4, 4) array, Trajectory or pycolmap.Reconstruction
         Files, whose formats are recognised, camera-to-world poses, or COLMAP models. The reference
-        is the ground truth. Row i of two arrays is the same camera, unless there are `times`.
+        is the ground truth. Row i of two arrays is the same camera, unless there are `times`. The
+        estimate may have several models: a folder of COLMAP's, or a dict as of pycolmap's mappers.
     settings : Settings, optional
         How they are matched and scored; by default ``Settings()``.
     times : (n,) array or two of them, optional
         Time stamps of the arrays in seconds: of both, or of the reference and of the estimate.
+    groups : (n,) array_like, optional
+        Labels of the rows of a reference in memory, the same for cameras of one rig frame: d counts
+        them as one camera. Otherwise a COLMAP model or the names of images say it (see the setting
+        ``rig_frames``).
     **changes : object
         Settings that differ from these, such as ``alignment="rigid"``. Of ``metrics`` some may be
         functions of ground-truth and estimated poses, both (n, 4, 4), or `Metric` objects; the
@@ -96,14 +106,25 @@ def evaluate(
         changes["metrics"] = [one for one in asked if isinstance(one, str)]
     settings = changed(settings or Settings(), changes)
     ref_times, est_times = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
+    given = reference
     reference = in_memory(reference, "reference", ref_times)
     estimate = in_memory(estimate, "estimate", est_times)
     settings = with_formats(settings, reference, estimate)
+    frames = of_model(given, settings) if groups is None else of_groups(reference, groups)
     with collected_warnings() as warned:
         truth = read_reference(reference, settings)
-    name = "estimate" if isinstance(estimate, Trajectory) else unique_names([str(estimate)])[0]
+    in_file = isinstance(estimate, (str, PathLike))
+    name = unique_names([str(estimate)])[0] if in_file else "estimate"
     path = "" if isinstance(reference, Trajectory) else str(reference)
-    evaluation = score(truth, estimate, settings, name=name, ref_file=path, functions=functions)
+    evaluation = score(
+        truth,
+        estimate,
+        settings,
+        name=name,
+        ref_file=path,
+        rig_frames=frames,
+        functions=functions,
+    )
     of_reference = [Note("reference", text) for text in warned]
     evaluation.notes[:0] = of_reference + reference_notes([evaluation])
     return evaluation
@@ -111,42 +132,129 @@ def evaluate(
 
 def score(
     reference: Trajectory,
-    estimate: FilePath | Trajectory,
+    estimate: FilePath | Trajectory | Mapping[str, Trajectory],
     settings: Settings,
     *,
     name: str,
     ref_file: str = "",
+    rig_frames: Mapping[Any, int] = MappingProxyType({}),
     check: bool = True,
     functions: Iterable[Metric | Callable[..., Any]] = (),
 ) -> Evaluation:
-    """Read, match, score and explain one estimate.
+    """Read, match, score and explain one estimate; of several models the best one has the scores.
 
     With `check` the notes look for mistakes in both files, which takes most of the time. `ref_file`
-    is where the reference was read from; `functions` are metrics next to those in the settings.
+    is where the reference was read from; `rig_frames` are those of the reference's keys, if not
+    their names say them; `functions` are metrics next to those in the settings.
     """
-    with collected_warnings() as of_file:  # these name the file
-        poses = read_estimate(estimate, settings)
-    notes = [Note("file", text) for text in of_file]
-    has_rotations = reference.has_rotations and poses.has_rotations
-    if reference.has_rotations and not has_rotations:
-        notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
-    constant, poses = _constant(poses, settings, has_rotations)
-    notes += constant
-    reference, poses = reference.with_rotations(), poses.with_rotations()
-    file = "" if isinstance(estimate, Trajectory) else str(estimate)
+    file = str(estimate) if isinstance(estimate, (str, PathLike)) else ""
     files = Files(
         printable(Path(ref_file).name) or "the reference",
         (file and name) or "the estimate",
         ref_file,
         file,
     )
+    with collected_warnings() as of_file:  # these name the file
+        models = read_models(estimate, settings)
+    notes = [Note("file", text) for text in of_file]
+    groups = by_keys(rig_frames, reference.keys)
+    if len(models) == 1:
+        (poses,) = models.values()
+        return _score_one(
+            reference,
+            poses,
+            settings,
+            name,
+            files,
+            notes,
+            groups=groups,
+            check=check,
+            functions=functions,
+        )
+
+    scored = _each_model(reference, models, settings, groups)
+    with collected_warnings():  # those of the best model are notes
+        of_models = poses_of_models(reference.with_rotations(), models, settings)
+    rows = in_order(models, of_models, scored)
+    best = rows[0].name
+    text = f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
+    notes.append(Note("models", text, "--model chooses another one"))
+    evaluation = _score_one(
+        reference,
+        models[best],
+        settings,
+        name,
+        files,
+        notes,
+        groups=groups,
+        check=check,
+        functions=functions,
+        of_models=of_models,
+    )
+    return replace(evaluation, models=rows)
+
+
+def _each_model(
+    reference: Trajectory,
+    models: Mapping[str, Trajectory],
+    settings: Settings,
+    groups: Indices | None,
+) -> dict[str, Evaluation]:
+    """Score each model of a set by its name; those with too few images are left out."""
+    if settings.missing == "ignore":
+        raise ValueError(
+            f"missing=ignore would leave out all images but those of one of {len(models)} models; "
+            f"choose one with --model, such as {next(iter(models))}"
+        )
+    scored, files = {}, Files("the reference", "the estimate", "", "")
+    for name, poses in models.items():
+        with suppress(ValueError):
+            scored[name] = _score_one(
+                reference,
+                poses,
+                replace(settings, metrics=()),
+                name,
+                files,
+                [],
+                groups=groups,
+                check=False,
+            )
+    if not scored:
+        largest = max(models, key=lambda name: len(models[name].keys))
+        raise ValueError(
+            f"none of its {len(models)} models can be scored; the largest one, {largest}, has "
+            f"{len(models[largest].keys)} images"
+        )
+    return scored
+
+
+def _score_one(
+    reference: Trajectory,
+    poses: Trajectory,
+    settings: Settings,
+    name: str,
+    files: Files,
+    notes: list[Note],
+    *,
+    groups: Indices | None,
+    check: bool,
+    functions: Iterable[Metric | Callable[..., Any]] = (),
+    of_models: ModelPoses | None = None,
+) -> Evaluation:
+    """Match, score and explain the poses of an estimate; see `score`. `notes` are those so far."""
+    has_rotations = reference.has_rotations and poses.has_rotations
+    if reference.has_rotations and not has_rotations:
+        notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
+    constant, poses = _constant(poses, settings, has_rotations)
+    notes += constant
+    reference, poses = reference.with_rotations(), poses.with_rotations()
 
     def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
-        return _compared(ref, est, tried, has_rotations).scored
+        return _compared(ref, est, tried, has_rotations, groups).scored
 
     with collected_warnings() as of_estimate:
         try:
-            found = _compared(reference, poses, settings, has_rotations)
+            found = _compared(reference, poses, settings, has_rotations, groups)
         except ValueError as error:
             remedy = check and rescue(
                 reference, poses, settings, attempt, files, has_rotations=has_rotations
@@ -157,13 +265,14 @@ def score(
         notes += [Note("estimate", text) for text in of_estimate]
     matches, result = found.matches, found.result
     pairs = _every_pose(matches, found.estimate)
-    metrics, without_value = _metrics(matches, pairs, settings, functions)
+    metrics, without_value = _metrics(matches, pairs, settings, functions, of_models)
     evaluation = Evaluation(
         name=name,
-        file=file,
+        file=files.est_path,
         settings=settings,
         reference=reference,
         estimate=found.estimate,
+        read=poses,
         matches=matches,
         result=result,
         tas_seeds=[result.tas.score, *_other_seeds(matches, settings)],
@@ -236,19 +345,23 @@ class _Compared:
 
 
 def _compared(
-    reference: Trajectory, estimate: Trajectory, settings: Settings, has_rotations: bool
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    has_rotations: bool,
+    groups: Indices | None,
 ) -> _Compared:
     """Match, correct and score an estimate."""
     clock, t_offset = None, 0.0
     timed = reference.keys.dtype.kind == estimate.keys.dtype.kind == "f"
     if timed and settings.t_offset == "auto":
         clock = find_clock(reference, estimate)
-        t_offset = _offset(reference, estimate, settings, clock, has_rotations)
+        t_offset = _offset(reference, estimate, settings, clock, has_rotations, groups)
     elif timed:
         t_offset = float(settings.t_offset)
     poses = estimate._replace(keys=estimate.keys + t_offset) if timed else estimate
-    poses, how, chord = with_stamps_of_sparse(reference, poses, settings)
-    matches = replace(match(reference, poses, how), has_rotations=has_rotations)
+    poses, how, chord = with_stamps_of_sparse(reference, poses, settings, groups)
+    matches = replace(match(reference, poses, how, groups), has_rotations=has_rotations)
     check_scorable(reference, poses, matches, settings)
     poses, lever_arm, body_rotation = _corrected(poses, matches, settings)
     matches = replace(matches, est_poses=poses_of_rows(poses, matches.est_rows))
@@ -262,6 +375,7 @@ def _offset(
     settings: Settings,
     clock: Clock | None,
     has_rotations: bool,
+    groups: Indices | None,
 ) -> float:
     """Return the offset of the clocks if it is certain and does not cost score, otherwise 0.
 
@@ -282,7 +396,7 @@ def _offset(
             tried = replace(settings, t_offset=seconds)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                found = _compared(reference, estimate, tried, has_rotations)
+                found = _compared(reference, estimate, tried, has_rotations, groups)
             scores.append(found.scored.score)
         except ValueError:
             scores.append(-math.inf)
@@ -319,11 +433,10 @@ def _of_matching(found: _Compared, settings: Settings) -> list[Note]:
         )
         notes.append(Note("sparse", text))
     if n_rig_frames := found.matches.n_rig_frames:
-        text = (
-            f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean "
-            "position; --rig_frames none counts each camera"
-        )
-        notes.append(Note("rig", text))
+        text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"
+        named = found.matches.keys.dtype.kind == "U"
+        remedy = "--rig_frames none counts each camera" if named else ""
+        notes.append(Note("rig", f"{text} position", remedy))
     return notes
 
 
@@ -442,6 +555,7 @@ def _metrics(
     pairs: Pairs,
     settings: Settings,
     functions: Iterable[Metric | Callable[..., Any]],
+    of_models: ModelPoses | None,
 ) -> tuple[dict[str, float], list[Note]]:
     """Return the other metrics that have a value, and why others have none."""
     values, notes = {}, []
@@ -453,7 +567,11 @@ def _metrics(
         try:
             if "rotations" in one.needs and not matches.has_rotations:
                 raise ValueError(f"{name} needs the rotations of the cameras")
-            value = one(*pairs)
+            if one.sets and matches.keys.dtype.kind == "U":
+                own = of_models or ModelPoses(pairs[1], np.array(matches.unmatched))
+                value = float(one.function(pairs[0], own.est_poses, outliers=own.outliers))
+            else:
+                value = one(*pairs)
             if not math.isfinite(value):
                 raise ValueError("it is not finite, with so many cameras lost")
             values[name] = value

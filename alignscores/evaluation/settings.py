@@ -155,6 +155,11 @@ class Settings:
     )
     ref_columns: str | None = _matching(None, "the same, for the reference alone", tables=True)
     est_columns: str | None = _matching(None, "the same, for the estimates alone", tables=True)
+    model: str | None = _matching(
+        None,
+        "model of an estimate that has several, such as 0 of sparse/0 and sparse/1 "
+        "(default: the best one)",
+    )
     missing: str = _matching(
         "fail",
         "frames without a pose count as failures, or are ignored",
@@ -221,9 +226,9 @@ class Settings:
     )
     rig_frames: str = _setting(
         "auto",
-        "images that d counts as one camera, at their mean position. auto: those with the same "
-        "file name in different folders, if they are close together; none; or a regular expression "
-        r"whose group is the rig frame in the name, such as '(\d+)\.png$'",
+        "images that d counts as one camera, at their mean position. auto: the frames of a COLMAP "
+        "model, otherwise the same file name in different folders, if close together; none; or a "
+        r"regular expression whose group is the rig frame in the name, such as '(\d+)\.png$'",
     )
     max_threshold: float = _number(1.0, "largest threshold of the TAS in units of d", positive=True)
     max_threshold_deg: float = _number(

@@ -81,16 +81,16 @@ MISTAKES = {
 
 @each_pair
 def test_each_mistake_of_convention_is_told_by_its_name(real, pair):
-    found = evaluate(real / pair.reference, real / pair.estimate, missing="ignore").matches
+    matches = evaluate(real / pair.reference, real / pair.estimate, missing="ignore").matches
     wrongs = {
-        "the poses of the estimate seem to be world-to-camera": np.linalg.inv(found.est_poses)
+        "the poses of the estimate seem to be world-to-camera": np.linalg.inv(matches.est_poses)
     }
     for words, mistake in MISTAKES.items():
-        wrongs[words] = found.est_poses.copy()
-        wrongs[words][:, :3, :3] = mistake(found.est_poses[:, :3, :3])
+        wrongs[words] = matches.est_poses.copy()
+        wrongs[words][:, :3, :3] = mistake(matches.est_poses[:, :3, :3])
     usual = {"clock", "low", "apart", "few"}
     for words, wrong in wrongs.items():
-        notes = evaluate(found.gt_poses, wrong, unit=found.unit).notes
+        notes = evaluate(matches.gt_poses, wrong, unit=matches.unit).notes
         (text,) = [note.text for note in notes if note.kind not in usual] or [""]
         assert text.startswith(words)
         assert bool(text) == bool(words)
@@ -115,3 +115,16 @@ def test_the_means_of_visual_inertial_systems_on_a_page(real):
             " / ".join(f"{frame.loc[system, name]:.3f}" for frame in frames) for name in columns
         ]
         assert f"| `vio_{system}` | {' | '.join(cells)} |" in page
+
+
+def test_a_run_that_fails_early(real, tmp_path):
+    """The numbers at the top of README.md: the ATE improves, the PAS drops; evo's ATE is in evo."""
+    folder, cut = real / "euroc/MH_03", tmp_path / "cut.txt"
+    lines = (folder / "vio_mono/0.txt").read_text().splitlines()
+    cut.write_text("\n".join(lines[: int(0.4 * len(lines))]))
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    for file, ate, pas in ((folder / "vio_mono/0.txt", 0.136, 0.623), (cut, 0.057, 0.336)):
+        found = evaluate(folder / "groundtruth.txt", file, sync="nearest")
+        assert (found.ate, found.pas) == pytest.approx((ate, pas), abs=1e-3)
+        assert f"{ate} m" in readme
+        assert f"| {pas} |" in readme
