@@ -19,7 +19,6 @@ from ..comparison.comparison import (
     read_runs,
 )
 from ..comparison.gate import WORSE, Condition, conditions_of, reasons_to_fail
-from ..comparison.plot import picture
 from ..comparison.runs import SCORES
 from ..comparison.summary import Design, measured
 from ..evaluation.settings import Settings
@@ -157,13 +156,13 @@ def _run(argv: Sequence[str]) -> int:
         levels = [one.limit for one in gate if one.relation == WORSE]
         changed = changes(found, arguments.baseline, saved, *levels[:1])
     reasons = reasons_to_fail(gate, found, changed) if gate else []
-    problems = found.problems + [f"{error}; it counts as a failure" for error in found.failed]
+    problems = found.problems + found.failed
 
     report = Report(found, changed, reasons)
     for option, path in outputs.items():
         form = FILES_OF[option][0]
         try:
-            content = picture(found, path) if form == "plot" else report.written(form).encode()
+            content = _picture(found, path) if form == "plot" else report.written(form).encode()
             write_whole(path, content)
         except ValueError as error:
             problems.append(f"{path}: {error}")
@@ -226,7 +225,16 @@ def _outputs(arguments: argparse.Namespace) -> dict[str, Path]:
             require(needed[option], "compare")
     if "save_plot" in files:
         require("matplotlib", "plots")
+    if "save_page" in files:
+        require("plotly", "page")
     return files
+
+
+def _picture(found: Comparison, path: Path) -> bytes:
+    from ..show.comparison_plot import figure_of_comparison  # needs Matplotlib
+    from ..show.plots import picture
+
+    return picture(figure_of_comparison(found), path.suffix)
 
 
 def _gate(parser: Parser, arguments: argparse.Namespace, names: Sequence[str]) -> list[Condition]:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ..evaluation.settings import Settings, options
+from ..evaluation.settings import ABOUT, Settings
 from ..texts import printable
 
 __all__ = ["Parser", "output_file"]
@@ -32,6 +32,10 @@ ELSEWHERE = {  # options of evo, and what to use here
     "--ref": "the reference is the first file here",
     "--save_table": "evo_res writes tables of --save_results; --save_csv FILE.csv is ours",
 }
+METAVARS = {
+    **{"frames": "FILE", "ref_topic": "TOPIC", "est_topic": "TOPIC", "rig_frames": "REGEX"},
+    **dict.fromkeys(["columns", "ref_columns", "est_columns", "metrics"], "NAMES"),
+}
 
 
 class Parser(argparse.ArgumentParser):
@@ -52,25 +56,23 @@ class Parser(argparse.ArgumentParser):
 
     def add_settings(self) -> None:
         """Add an option for each setting but the format, in its group."""
-        for name, option in options().items():
+        for name, about in ABOUT.items():
             if name == "format":
                 continue
             default = getattr(Settings, name)
-            kind: dict[str, Any] = {"metavar": option.numbers or "NAMES"}
+            kind: dict[str, Any] = {
+                "metavar": about.get("numbers", "X" if "number" in about else "TEXT")
+            }
             if default is False:
                 kind = {"action": "store_true"}
-            elif option.choices:
-                kind = {"choices": option.choices}
-            elif option.number:
-                kind = {"metavar": "X"}
-            elif option.topics:
-                kind = {"metavar": "TOPIC"}
-            elif name == "frames":
-                kind = {"metavar": "FILE"}
-            help = f"{option.help} (default: %(default)s)" if default else option.help
-            if option.group not in self.groups:
-                self.groups[option.group] = self.add_argument_group(option.group)
-            add = self.groups[option.group].add_argument
+            elif "choices" in about:  # checked by `Settings`, like all values
+                kind = {"metavar": f"{{{','.join(about['choices'])}}}"}
+            elif name in METAVARS:
+                kind = {"metavar": METAVARS[name]}
+            help = f"{about['help']} (default: %(default)s)" if default else about["help"]
+            if about["group"] not in self.groups:
+                self.groups[about["group"]] = self.add_argument_group(about["group"])
+            add = self.groups[about["group"]].add_argument
             add(f"--{name}", default=default, help=help, **kind)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
@@ -86,7 +88,7 @@ class Parser(argparse.ArgumentParser):
         """Return the settings that were given."""
         values = vars(arguments)
         try:
-            return Settings(**{name: values[name] for name in options() if name in values})
+            return Settings(**{name: values[name] for name in ABOUT if name in values})
         except ValueError as error:
             self.error(str(error))
 

@@ -15,9 +15,9 @@ from ..comparison.tables import (
     conditions,
     legend,
     markdown,
+    notes_of,
     overall,
 )
-from ..pages.comparison import page
 from ..texts import printable
 from .output import table_width
 
@@ -42,7 +42,9 @@ class Report:
             case "csv":
                 return csv_of_runs(self.found.runs)
             case "html":
-                return page(self.found, self.changed)
+                from ..show.comparison_page import page_of_comparison  # needs plotly
+
+                return page_of_comparison(self.found, self.changed, self.reasons)
             case "markdown":
                 return self._markdown()
             case "latex":
@@ -67,7 +69,7 @@ class Report:
         found = self.found
         parts = [f"**Fails:** {markdown(reason)}" for reason in self.reasons]
         parts += map(markdown, found.verdict)
-        parts.append("\n".join(f"- {markdown(note)}" for note in found.notes))
+        parts.append("\n".join(f"- {markdown(note)}" for note in notes_of(found)))
         if self.changed:
             parts.append(f"{found.by} against {markdown(printable(self.changed.file))}:")
             parts.append(as_markdown(changes_table(self.changed, MARKDOWN)))

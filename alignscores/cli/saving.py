@@ -3,7 +3,6 @@
 import argparse
 import math
 import re
-import warnings
 from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
 from io import BytesIO
@@ -164,7 +163,9 @@ def _content(
         case "save_results":
             return evo_result(scored[0], reference)
         case "save_plot":
-            return picture(scored, plot_mode, path)
+            from ..show.plots import figure_of, picture  # needs Matplotlib
+
+            return picture(figure_of(scored, plot_mode=plot_mode), path.suffix)
         case "save_rrd":
             from ..show.rerun import recording  # needs Rerun
 
@@ -246,16 +247,4 @@ def evo_result(evaluation: Evaluation, reference: str) -> bytes:
         result.np_arrays["timestamps"] = evaluation.matches.keys[finite]
     buffer = BytesIO()
     file_interface.save_res_file(buffer, result)
-    return buffer.getvalue()
-
-
-def picture(scored: Sequence[Evaluation], plot_mode: str | None, path: Path) -> bytes:
-    """Return the figure in the format of the file's suffix."""
-    from ..show.plots import figure_of  # needs Matplotlib
-
-    buffer = BytesIO()
-    figure = figure_of(scored, plot_mode=plot_mode)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph")  # of names in letters that the font lacks
-        figure.savefig(buffer, format=path.suffix.removeprefix("."), dpi=200)
     return buffer.getvalue()

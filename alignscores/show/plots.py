@@ -5,6 +5,7 @@ Needs Matplotlib, which the extra ``plots`` brings.
 
 import warnings
 from collections.abc import Callable, Sequence
+from io import BytesIO
 from itertools import cycle
 from typing import Any
 
@@ -26,7 +27,7 @@ from ..validation import finite_rows
 from . import PLOT_MODES
 from .curves import Curve, curve, frames, with_breaks
 
-__all__ = ["figure_of", "score_panel"]
+__all__ = ["STYLE", "figure_of", "new_figure", "picture", "score_panel"]
 
 SHADE = "#a8c4dc"
 EDGE = "#1f4e79"
@@ -72,12 +73,7 @@ def figure_of(
     if plot_mode not in (None, *PLOT_MODES):
         raise ValueError(f"plot_mode must be one of {', '.join(PLOT_MODES)}, not {plot_mode!r}")
     with rc_context(STYLE):
-        figure = Figure()
-        if interactive:
-            from matplotlib import pyplot  # has a state of its own, which no file needs
-
-            figure = pyplot.figure()
-        figure.set_layout_engine("constrained")
+        figure = new_figure(interactive=interactive)
         if kind:
             figure.set_size_inches(*SIZES[kind])
             parts = {kind: figure.subfigures(1, 1, squeeze=False)[0, 0]}
@@ -94,6 +90,26 @@ def figure_of(
         if len(scored) > 1:
             _add_legend(next(iter(parts.values())), scored)
     return figure
+
+
+def new_figure(*, interactive: bool) -> Figure:
+    """Return an empty figure, one of pyplot if it is `interactive`."""
+    figure = Figure()
+    if interactive:
+        from matplotlib import pyplot  # has a state of its own, which no file needs
+
+        figure = pyplot.figure()
+    figure.set_layout_engine("constrained")
+    return figure
+
+
+def picture(figure: Figure, suffix: str) -> bytes:
+    """Return a figure as the content of a file with a suffix such as ``.png``."""
+    buffer = BytesIO()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph")  # of names in letters that the font lacks
+        figure.savefig(buffer, format=suffix.removeprefix("."), dpi=200)
+    return buffer.getvalue()
 
 
 def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str | None) -> None:
