@@ -25,6 +25,7 @@ extensions = [
     # Of this folder's _extensions:
     "columns",
     "notebooks",
+    "statements",
 ]
 exclude_patterns = ["_build"]
 templates_path = ["_templates"]
