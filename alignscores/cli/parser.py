@@ -7,31 +7,11 @@ from typing import Any, NoReturn
 
 from ..evaluation.settings import ABOUT, Settings
 from ..texts import printable
+from .evo import ELSEWHERE, add_alignment, alignment_of
+from .output import print_note
 
 __all__ = ["Parser", "output_file"]
 
-ELSEWHERE = {  # options of evo, and what to use here
-    **dict.fromkeys(["-a", "--align"], "it is --alignment rigid here"),
-    **dict.fromkeys(["-s", "--correct_scale", "-as"], "it is --alignment similarity, the default"),
-    "-va": "it is -v --alignment rigid here",
-    "-vas": "it is -v here, since --alignment similarity is the default",
-    "-p": "it is --plot here",
-    **dict.fromkeys(
-        ["-r", "--pose_relation"],
-        "positions and rotations are always scored; evo's errors are --metrics ate:rmse,rpe@1m,are",
-    ),
-    **dict.fromkeys(
-        ["-d", "--delta", "-u", "--delta_unit"],
-        "evo's RPE is a metric here, such as --metrics rpe@1m or rpe@10f",
-    ),
-    **dict.fromkeys(
-        ["--align_origin", "--n_to_align"],
-        "all poses are aligned; --alignment none compares them as they are",
-    ),
-    "--project_to_plane": "all three dimensions count; --alignment yaw keeps the vertical axis",
-    "--ref": "the reference is the first file here",
-    "--save_table": "evo_res writes tables of --save_results; --save_csv FILE.csv is ours",
-}
 METAVARS = {
     **{"frames": "FILE", "ref_topic": "TOPIC", "est_topic": "TOPIC", "rig_frames": "REGEX"},
     **dict.fromkeys(["columns", "ref_columns", "est_columns", "metrics"], "NAMES"),
@@ -60,20 +40,17 @@ class Parser(argparse.ArgumentParser):
             if name == "format":
                 continue
             default = getattr(Settings, name)
-            kind: dict[str, Any] = {
-                "metavar": about.get("numbers", "X" if "number" in about else "TEXT")
-            }
+            kind: dict[str, Any] = {"metavar": METAVARS.get(name, about.get("numbers", "X"))}
             if default is False:
                 kind = {"action": "store_true"}
             elif "choices" in about:  # checked by `Settings`, like all values
                 kind = {"metavar": f"{{{','.join(about['choices'])}}}"}
-            elif name in METAVARS:
-                kind = {"metavar": METAVARS[name]}
             help = f"{about['help']} (default: %(default)s)" if default else about["help"]
             if about["group"] not in self.groups:
                 self.groups[about["group"]] = self.add_argument_group(about["group"])
             add = self.groups[about["group"]].add_argument
             add(f"--{name}", default=default, help=help, **kind)
+        add_alignment(self.groups["scoring"].add_argument)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Return the arguments; options of other programs end in a hint."""
@@ -87,6 +64,9 @@ class Parser(argparse.ArgumentParser):
     def settings(self, arguments: argparse.Namespace) -> Settings:
         """Return the settings that were given."""
         values = vars(arguments)
+        values["alignment"] = alignment_of(arguments, Settings.alignment, self.error)
+        if arguments.align:
+            print_note(f"-a{'s' * arguments.correct_scale}: --alignment {values['alignment']}")
         try:
             return Settings(**{name: values[name] for name in ABOUT if name in values})
         except ValueError as error:

@@ -17,8 +17,8 @@ from ..evaluation.evaluation import STATUSES, Evaluation
 from ..evaluation.reading import files_below
 from ..evaluation.settings import Settings
 from ..extras import require
-from ..metrics.paths import STATISTICS
 from ..show import tables
+from ..show.evo import evo_result
 from ..texts import numbered, printable
 from ..validation import finite_rows
 from ..writing import write_whole
@@ -138,20 +138,24 @@ def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]
         used[target] = f"what --{option} writes"
 
 
-def save(outputs: Sequence[Output], results: Results, plot_mode: str | None) -> None:
+def save(outputs: Sequence[Output], results: Results, arguments: argparse.Namespace) -> None:
     """Write the files; those that cannot be written are failures."""
     for option, path, name in outputs:
         scored = [one for one in results.scored if name in (None, one.name)]
         if not scored and option != "save_json":  # the estimate could not be scored
             continue
         try:
-            write_whole(path, _content(option, scored, results, path, plot_mode))
+            write_whole(path, _content(option, scored, results, path, arguments))
         except ValueError as error:
             results.fail(str(path), error)
 
 
 def _content(
-    option: str, scored: Sequence[Evaluation], results: Results, path: Path, plot_mode: str | None
+    option: str,
+    scored: Sequence[Evaluation],
+    results: Results,
+    path: Path,
+    arguments: argparse.Namespace,
 ) -> bytes:
     """Return what an option writes of some estimates."""
     reference = printable(results.reference)
@@ -161,11 +165,11 @@ def _content(
         case "save_aligned":
             return aligned(scored[0])
         case "save_results":
-            return evo_result(scored[0], reference)
+            return evo_result(scored[0], reference, arguments.pose_relation)
         case "save_plot":
             from ..show.plots import figure_of, picture  # needs Matplotlib
 
-            return picture(figure_of(scored, plot_mode=plot_mode), path.suffix)
+            return picture(figure_of(scored, plot_mode=arguments.plot_mode), path.suffix)
         case "save_rrd":
             from ..show.rerun import recording  # needs Rerun
 
@@ -222,29 +226,4 @@ def aligned(evaluation: Evaluation) -> bytes:
         columns = [np.dstack([rotations, positions]).reshape(-1, 12)]
     buffer = BytesIO()
     np.savetxt(buffer, np.column_stack(columns), fmt="%.16g")
-    return buffer.getvalue()
-
-
-def evo_result(evaluation: Evaluation, reference: str) -> bytes:
-    """Return a result for ``evo_res``: the scores, and the errors of frames with a pose."""
-    file_interface = require("evo.tools.file_interface", "evo")
-    result = require("evo.core.result", "evo").Result()
-    settings, errors = evaluation.settings, evaluation.result.tas.errors
-    finite = np.isfinite(errors)
-    result.info = {
-        "title": f"position error of frames with a pose ({settings.how_aligned})",
-        "label": f"position error ({settings.form.unit})",
-        "ref_name": reference,
-        "est_name": evaluation.name.replace("/", "_"),
-    }
-    names = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
-    values = {name: evaluation.value(name) for name in names}
-    result.stats = {name: value for name, value in values.items() if value is not None}
-    if finite.any():
-        result.stats |= {name: float(of(errors[finite])) for name, of in STATISTICS.items()}
-    result.np_arrays = {"error_array": errors[finite]}
-    if evaluation.matches.keys.dtype.kind == "f":
-        result.np_arrays["timestamps"] = evaluation.matches.keys[finite]
-    buffer = BytesIO()
-    file_interface.save_res_file(buffer, result)
     return buffer.getvalue()

@@ -14,6 +14,7 @@ from ..io import FAILURES, FORMATS, read_stamps
 from ..show import PLOT_MODES
 from ..texts import unique_names
 from ..version import __version__
+from .evo import add_pose_relation, check_pose_relation
 from .output import Results, print_note, print_notes, show_progress, show_table
 from .parser import Parser, output_file
 from .saving import KINDS, PRINTED, STDOUT, outputs, refuse_to_replace, save
@@ -67,7 +68,8 @@ def score_parser() -> Parser:
         only_one(f"--{form}", dest="show", action="store_const", const=form, help=help)
     written = ", ".join(kind.default for kind in KINDS.values() if kind.default)
     add("-o", "--output", metavar="FOLDER", type=Path, help=f"write all results: {written}")
-    add("--plot", action="store_true", help="show errors, trajectories, poses and scores")
+    help = "show errors, trajectories, poses and scores"
+    add("-p", "--plot", action="store_true", help=help)
     add("--plot_mode", choices=PLOT_MODES, help="axes of trajectories (default: the two longest)")
     for name, kind in KINDS.items():
         if name in PRINTED:
@@ -76,6 +78,7 @@ def score_parser() -> Parser:
         help += "; FILE_<name> if several" if kind.each else ""
         path = output_file(*kind.suffixes) if kind.suffixes else Path
         add(f"--{name}", metavar="FILE", type=path, help=help)
+    add_pose_relation(add)
     parser.set_defaults(show="text")
     return parser
 
@@ -85,6 +88,7 @@ def run(argv: Sequence[str]) -> int:
     parser = score_parser()
     arguments = parser.parse(argv)
     reference, estimates, settings = _files(parser, arguments)
+    check_pose_relation(arguments, parser.error)
     if arguments.save_aligned and not settings.form.ordered:
         parser.error(f"--save_aligned cannot write {settings.format} files")
     if arguments.markdown == STDOUT:
@@ -102,7 +106,7 @@ def run(argv: Sequence[str]) -> int:
 
     results = Results(settings, reference)
     _score(results, list(zip(names, estimates, strict=True)), is_open=not arguments.format)
-    save(written, results, arguments.plot_mode)
+    save(written, results, arguments)
     print_notes(results, verbose=arguments.verbose)
     # Printed last: the reader may close the pipe, which ends the program.
     if arguments.show == "json" or (results.scored and arguments.show != "text"):

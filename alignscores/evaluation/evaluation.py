@@ -67,6 +67,8 @@ class Evaluation:
         The ground truth, in the order of time, without duplicates.
     estimate : Trajectory
         All poses of the estimate, with the clock and the camera axes of the reference.
+    read : Trajectory
+        The poses of the estimate as its file has them, camera-to-world, on their own clock.
     matches : Matches
         The poses of reference and estimate as they were scored.
     result : PASResult
@@ -108,6 +110,7 @@ class Evaluation:
     settings: Settings
     reference: Trajectory
     estimate: Trajectory
+    read: Trajectory
     matches: Matches
     result: PASResult
     tas_seeds: list[float]

@@ -168,6 +168,7 @@ def score(
         settings=settings,
         reference=reference,
         estimate=found.estimate,
+        read=poses,
         matches=matches,
         result=result,
         tas_seeds=[result.tas.score, *_other_seeds(matches, settings)],

@@ -46,24 +46,6 @@ def test_wrong_usage_is_one_line(run, arguments, reason):
     assert reason in err
 
 
-@pytest.mark.parametrize(
-    ("option", "ours"),
-    [
-        ("-a", "--alignment rigid"),
-        ("-as", "default"),
-        ("-va", "-v --alignment rigid"),
-        ("-p", "--plot"),
-        ("--correct_scale", "--alignment similarity"),
-        ("-r", "--metrics"),
-    ],
-)
-def test_an_option_of_evo_ends_in_a_sentence_that_names_ours(run, option, ours):
-    code, out, err = run(*TUM, option)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith(f"alignscores: error: {option}: ")
-    assert ours in err
-
-
 def test_help_has_the_everyday_options_and_help_all_has_all(run):
     _, short, _ = run("--help")
     _, full, _ = run("--help-all")

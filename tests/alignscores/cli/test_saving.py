@@ -7,7 +7,6 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from evo.tools import file_interface
 
 from alignscores.io import read_kitti, read_tum
 
@@ -92,18 +91,6 @@ def test_output_folder(run, tmp_path):
     printed = run(*TUM, TUM[1], *saved, "--json")[1]
     assert json.loads((folder / "scores.json").read_text()) == json.loads(printed)
     assert run(*COLMAP, "-o", folder)[0] == 0  # again, and in a format without aligned files
-
-
-def test_save_results(run, score, tmp_path):
-    path = tmp_path / "one.zip"
-    assert run(*TUM, *AT_STAMPS, "--save_results", path)[0] == 0
-    result = file_interface.load_res_file(path)
-    (expected,) = score(*TUM, *AT_STAMPS)
-    for name in ("TAS", "RAS", "PAS", "half_distance", "half_angle"):
-        assert result.stats[name] == expected[name]
-    assert result.stats["median"] == pytest.approx(expected["median_distance"])
-    assert result.info["label"] == "position error (m)"
-    assert {len(array) for array in result.np_arrays.values()} == {37}
 
 
 @pytest.mark.parametrize(("suffix", "magic"), [("pdf", b"%PDF"), ("svg", b"<?x")])

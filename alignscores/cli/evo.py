@@ -1,0 +1,80 @@
+"""Options of evo: those that mean the same here, and what to write in place of the others."""
+
+import argparse
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+__all__ = ["ELSEWHERE", "add_alignment", "add_pose_relation", "alignment_of", "check_pose_relation"]
+
+POSE_RELATIONS = "trans_part", "angle_deg", "angle_rad", "rot_part", "full", "point_distance"
+VALUES = {"angle_deg": "are:rmse", "point_distance": "ate:rmse"}  # as metrics
+ELSEWHERE = {
+    **dict.fromkeys(
+        ["-d", "--delta", "-u", "--delta_unit", "--all_pairs", "--pairs_from_reference"],
+        "evo's RPE is a metric here, such as --metrics rpe@1m, rpe@10f or rpe@1m:all",
+    ),
+    **dict.fromkeys(
+        ["--align_origin", "--n_to_align"],
+        "all poses are aligned; --alignment none compares them as they are",
+    ),
+    "--project_to_plane": "all three dimensions count; --alignment yaw keeps the vertical axis",
+    **dict.fromkeys(
+        ["--downsample", "--motion_filter"],
+        "no pose is left out; --rate sets the expected frames a second",
+    ),
+    "--change_unit": "lengths are in the reference's unit, angles in degrees",
+    "--sync_method": "it is --sync nearest or --sync interpolate here",
+    "--no_warnings": "nothing is asked here; leave it out",
+    "--silent": "leave it out; 2>/dev/null hides the notes",
+    **dict.fromkeys(["--debug", "--logfile"], "it is -v here"),
+    **dict.fromkeys(
+        ["-c", "--config"], "a YAML file of settings is for `alignscores compare FILE.yaml`"
+    ),
+    **dict.fromkeys(["--rerun", "--rerun_rec_id"], "it is --save_rrd FILE.rrd here"),
+    "--serialize_plot": "it is --save_plot FILE or --save_page FILE.html here",
+    "--ref": "the reference is the first file here",
+    "--save_table": "evo_res writes tables of --save_results; --save_csv FILE.csv is ours",
+}
+
+
+def add_alignment(add: Callable[..., Any]) -> None:
+    """Add ``-a`` and ``-s``."""
+    help = "as in evo: -a is --alignment rigid, -as is --alignment similarity"
+    add("-a", "--align", action="store_true", help=help)
+    add("-s", "--correct_scale", action="store_true", help="with -a: see there")
+
+
+def alignment_of(
+    arguments: argparse.Namespace, default: str, error: Callable[[str], NoReturn]
+) -> str:
+    """Return the alignment that ``-a`` and ``-s`` name, otherwise that of ``--alignment``."""
+    chosen: str = arguments.alignment
+    if arguments.correct_scale and not arguments.align:
+        error(
+            "-s: no alignment here corrects the scale alone; -as is --alignment similarity, and "
+            "evo's value is --metrics ate:rmse:scale"
+        )
+    if not arguments.align:
+        return chosen
+    named, option = ("similarity", "-as") if arguments.correct_scale else ("rigid", "-a")
+    if chosen not in (default, named):
+        error(f"{option} is --alignment {named}, and --alignment is {chosen}; leave one out")
+    return named
+
+
+def add_pose_relation(add: Callable[..., Any]) -> None:
+    """Add ``-r``."""
+    help = "as in evo: the error in --save_results (default: %(default)s)"
+    choices, default = POSE_RELATIONS, POSE_RELATIONS[0]
+    add("-r", "--pose_relation", choices=choices, default=default, help=help)
+
+
+def check_pose_relation(arguments: argparse.Namespace, error: Callable[[str], NoReturn]) -> None:
+    """Check that ``-r`` names an error that is computed."""
+    named = arguments.pose_relation
+    if named == POSE_RELATIONS[0] or arguments.save_results:
+        return
+    metric = f"--metrics {VALUES[named]} is evo's value; " if named in VALUES else ""
+    error(
+        f"-r {named}: positions and rotations are always scored; {metric}-r is for --save_results"
+    )

@@ -1,0 +1,110 @@
+"""Results for ``evo_res``: evo's absolute pose error with our scores, as evo writes it.
+
+evo associates, aligns, computes and writes; it comes with the extra ``evo``.
+"""
+
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Floats
+from ..evaluation.evaluation import Evaluation
+from ..evaluation.hints import rotate_cameras
+from ..evaluation.lever import with_lever_arm
+from ..extras import require
+from ..io import Trajectory
+from ..similarity import Similarity
+from ..texts import printable
+from ..validation import finite_rows
+
+__all__ = ["evo_result"]
+
+POSE_RELATIONS = {  # values of evo's -r
+    "trans_part": "translation_part",
+    "angle_deg": "rotation_angle_deg",
+    "angle_rad": "rotation_angle_rad",
+    "rot_part": "rotation_part",
+    "full": "full_transformation",
+    "point_distance": "point_distance",
+}
+SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle"
+
+
+def evo_result(evaluation: Evaluation, reference: str, pose_relation: str = "trans_part") -> bytes:
+    """Return the zip that ``evo_ape --save_results`` writes, with both trajectories and our scores.
+
+    The poses are those of the files, associated by evo: each with the nearest reference pose within
+    ``t_max_diff``. Without stamps they are the matched poses. `reference` is the path that names
+    the reference in it. Raise a ValueError where evo has no result.
+    """
+    evo = require("evo", "evo")
+    file_interface = require("evo.tools.file_interface", "evo")
+    relation = require("evo.core.metrics", "evo").PoseRelation[POSE_RELATIONS[pose_relation]]
+    settings = evaluation.settings
+    names = reference, printable(evaluation.file or evaluation.name)
+    try:
+        ref, est = _associated(evaluation, *names)
+        result = require("evo.main_ape", "evo").ape(
+            ref,
+            _aligned_by_yaw(ref, est, settings.up) if settings.alignment == "yaw" else est,
+            relation,
+            align=settings.alignment in ("similarity", "rigid"),
+            correct_scale=settings.alignment == "similarity",
+        )
+    except evo.EvoException as refusal:
+        raise ValueError(f"is not written, since evo has no result: {refusal}") from None
+    if settings.alignment == "yaw":
+        title = result.info["title"].replace("(not aligned)", "(with yaw alignment of alignscores)")
+        result.info["title"] = title
+    scores = {name: evaluation.value(name) for name in SCORES}
+    result.stats |= {name: value for name, value in scores.items() if value is not None}
+    result.stats["coverage"] = 1 - evaluation.lost
+    buffer = BytesIO()
+    file_interface.save_res_file(buffer, result)
+    return buffer.getvalue()
+
+
+def _associated(evaluation: Evaluation, ref_name: str, est_name: str) -> tuple[Any, Any]:
+    """Return reference and estimate as evo's trajectories, pose by pose the same."""
+    trajectory = require("evo.core.trajectory", "evo")
+    settings, matches = evaluation.settings, evaluation.matches
+    if not matches.timed:
+        rows = finite_rows(matches.est_poses)
+        return (
+            trajectory.PosePath3D(poses_se3=list(matches.gt_poses[rows]), name=ref_name),
+            trajectory.PosePath3D(poses_se3=list(matches.est_poses[rows]), name=est_name),
+        )
+    read = evaluation.read
+    if evaluation.lever_arm is not None:
+        read = with_lever_arm(read, evaluation.lever_arm.vector)
+    read = read._replace(poses=rotate_cameras(read.poses, evaluation.body_rotation))
+    ref, est = (
+        trajectory.PoseTrajectory3D(poses_se3=list(poses), timestamps=stamps, name=name)
+        for name, (stamps, poses) in (
+            (ref_name, evaluation.reference),
+            (est_name, _finite_in_order(read)),
+        )
+    )
+    if settings.t_start is not None or settings.t_end is not None:
+        ref.reduce_to_time_range(settings.t_start, settings.t_end)
+    pair: tuple[Any, Any] = ref.sync_with(
+        est, max_diff=settings.t_max_diff, offset_2=evaluation.t_offset
+    )
+    return pair
+
+
+def _finite_in_order(estimate: Trajectory) -> tuple[Floats, Floats]:
+    """Return stamps and poses without those that were not estimated, in the order of time."""
+    rows = np.flatnonzero(finite_rows(estimate.poses))
+    rows = rows[np.argsort(estimate.keys[rows], kind="stable")]
+    return estimate.keys[rows], estimate.poses[rows]
+
+
+def _aligned_by_yaw(ref: Any, est: Any, up: str) -> Any:
+    """Return an estimate of evo after the least-squares yaw alignment, which evo has not."""
+    fit = Similarity.fit(ref.positions_xyz, est.positions_xyz, alignment="yaw", up=up).inverse()
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = fit.rotation, fit.translation
+    est.transform(pose)
+    return est
