@@ -1,16 +1,17 @@
 """What the parsers of the command share: a short and a full help, errors in one line, hints."""
 
 import argparse
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
 from ..evaluation.settings import ABOUT, Settings
 from ..texts import printable
 from .evo import ELSEWHERE, add_alignment, alignment_of
-from .output import print_note
+from .output import OUTPUTS, PRINTED, STDOUT, print_note
 
-__all__ = ["Parser", "output_file"]
+__all__ = ["Parser"]
 
 METAVARS = {
     **{"frames": "FILE", "ref_topic": "TOPIC", "est_topic": "TOPIC", "rig_frames": "REGEX"},
@@ -21,11 +22,14 @@ METAVARS = {
 class Parser(argparse.ArgumentParser):
     """A parser that shows its everyday options with ``--help`` and all with ``--help-all``."""
 
-    def __init__(self, everyday: Collection[str], **kwargs: Any) -> None:
+    def __init__(
+        self, everyday: Collection[str], foreign: Mapping[str, str], **kwargs: Any
+    ) -> None:
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **kwargs)
         self.shown = {"help", "help_all", "files", *everyday}
         self.add_argument("--help-all", action="help", help="show all options and exit")
         self.groups: dict[str, Any] = {}
+        self.foreign = foreign  # options of the other command, and its name
 
     def format_help(self) -> str:
         """Return the help of the options that are shown."""
@@ -52,14 +56,45 @@ class Parser(argparse.ArgumentParser):
             add(f"--{name}", default=default, help=help, **kind)
         add_alignment(self.groups["scoring"].add_argument)
 
+    def add_outputs(self, options: Iterable[str], folder: Iterable[str]) -> None:
+        """Add what both commands print and write; `folder` are the files that ``-o`` writes."""
+        add = self.groups["output"].add_argument
+        add("-v", "--verbose", action="store_true", help="explain the numbers")
+        only_one = self.groups["output"].add_mutually_exclusive_group().add_argument
+        for form, name in PRINTED.items():
+            help = f"print {name} instead of the table"
+            only_one(f"--{form}", dest="show", action="store_const", const=form, help=help)
+        self.set_defaults(show="text")
+        help = f"write all of {', '.join(folder)}"
+        add("-o", "--output", metavar="FOLDER", type=Path, help=help)
+        for name in options:
+            suffixes = OUTPUTS[name].suffixes
+            help = OUTPUTS[name].help + (f" ({', '.join(suffixes)})" if suffixes else "")
+            help += "; FILE_<name> if several" if OUTPUTS[name].each else ""
+            kind = _output_file(*suffixes) if suffixes else Path
+            add(f"--{name}", metavar="FILE", type=kind, help=help)
+
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
-        """Return the arguments; options of other programs end in a hint."""
+        """Return the arguments; an unknown option ends in the nearest one, or in a hint."""
         if "--help-all" in arguments:
             self.shown = {action.dest for action in self._actions}
         for argument in arguments:
             if hint := ELSEWHERE.get(argument.partition("=")[0]):
                 self.error(f"{argument}: {hint}")
-        return self.parse_intermixed_args(arguments)
+        values, unknown = self.parse_known_intermixed_args(arguments)
+        for argument in unknown:
+            option = argument.partition("=")[0]
+            if option in self.foreign:
+                self.error(f"{option} is of `{self.foreign[option]}`")
+            known = [name for name in self._option_string_actions if name.startswith("--")]
+            near = get_close_matches(option, [*known, *self.foreign], n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            self.error(f"unknown option {option}{hint}")
+        if values.markdown == STDOUT and values.show != "text":
+            self.error(f"--markdown - and --{values.show} both print")
+        if values.markdown == STDOUT:
+            values.show = "markdown"
+        return values
 
     def settings(self, arguments: argparse.Namespace) -> Settings:
         """Return the settings that were given."""
@@ -77,7 +112,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
 
 
-def output_file(*suffixes: str) -> Callable[[str], Path]:
+def _output_file(*suffixes: str) -> Callable[[str], Path]:
     """Return a type of argument for files to be written, with one of these suffixes."""
 
     def output(value: str) -> Path:

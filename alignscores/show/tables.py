@@ -5,14 +5,14 @@ The table of a terminal needs no pandas, which the extra ``tables`` brings.
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note
 from ..extras import require
 from ..metrics import SCORES, header, metric
-from ..texts import distinct, padded, printable, text_width
+from ..texts import aligned, distinct, printable, text_table, text_width
 
 __all__ = [
     "as_csv",
@@ -83,40 +83,18 @@ def text(scored: Sequence[Evaluation], columns: int) -> str:
     """
     rows = rows_of(scored)
     if scored[0].settings.metrics:
-        return "\n\n".join(_blocks(rows, columns))
+        return text_table(rows, columns)
     left_out: list[str] = []
-    while len(rows[0]) > MIN_COLUMNS and text_width(_aligned(rows)[0]) > columns:
+    while len(rows[0]) > MIN_COLUMNS and text_width(aligned(rows)[0]) > columns:
         left_out.insert(0, rows[0][-2])
         rows = [[*row[:-2], row[-1]] for row in rows]
     below = [f"too narrow for: {', '.join(left_out)}"] if left_out else []
-    return "\n".join([*_aligned(rows), *below])
+    return "\n".join([*aligned(rows), *below])
 
 
 def text_of_deficits(scored: Sequence[Evaluation]) -> str:
     """Return the table of where the scores are lost, for a terminal."""
-    return "\n".join(_aligned(deficits_of(scored)))
-
-
-def _blocks(rows: Rows, columns: int) -> Iterable[str]:
-    """Yield the table in parts that are no wider than so many columns, each with the names."""
-    start = 1
-    while start < len(rows[0]):
-        end = len(rows[0])
-        while end > start + 1 and text_width(_aligned(_part(rows, start, end))[0]) > columns:
-            end -= 1
-        yield "\n".join(_aligned(_part(rows, start, end)))
-        start = end
-
-
-def _part(rows: Rows, start: int, end: int) -> Rows:
-    return [[row[0], *row[start:end]] for row in rows]
-
-
-def _aligned(rows: Rows) -> list[str]:
-    """Return the lines of a table; names begin below each other, numbers end there."""
-    first, *others = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
-    widths = [first, *(-width for width in others)]
-    return ["  ".join(map(padded, row, widths)).rstrip() for row in rows]
+    return "\n".join(aligned(deficits_of(scored)))
 
 
 def frame(rows: Rows) -> Any:

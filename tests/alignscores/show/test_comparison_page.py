@@ -60,7 +60,9 @@ def test_it_has_the_tables_of_the_command(patterns, run, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "300")
     out = run(*patterns, "--save_page", "page.html")[1]
     page = texts_of((tmp_path / "page.html").read_text())
-    rows = [re.split("  +", line) for line in out.splitlines() if re.match("(system|a_b|c)  ", line)]
+    rows = [
+        re.split("  +", line) for line in out.splitlines() if re.match("(system|a_b|c)  ", line)
+    ]
     for row in rows:
         assert set(row) <= set(page["cells"])
     assert "coverage" in page["cells"]
