@@ -18,7 +18,7 @@ from ..texts import printable
 from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
 from ..validation import finite_rows
 from . import tables
-from .curves import Curve, curve, frames, with_breaks
+from .curves import Curve, curve, frames, over_expected, time_label, times, with_breaks
 from .document import COLOURS, LAYOUT, inert, log_range, rectangles, render, style
 
 __all__ = ["figures", "page_of"]
@@ -110,7 +110,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     by_error = []  # traces that a button shows
     for index, one in enumerate(scored):
         errors = curve(one, "TAS").errors.astype(np.float32)
-        positions = one.over_expected(one.positions, np.nan) - origin
+        positions = over_expected(one, one.positions, np.nan) - origin
         has_pose, group, where = finite_rows(positions), str(index), _places(one)
         far = has_pose & (errors >= limit)
         add(
@@ -182,7 +182,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
 def _places(evaluation: Evaluation) -> list[str]:
     """Return the time of each expected frame, its number, or the name of the image."""
     if evaluation.matches.timed:
-        return [f"{time:.2f} s" for time in evaluation.times.tolist()]
+        return [f"{time:.2f} s" for time in times(evaluation).tolist()]
     keys = evaluation.reference.keys[evaluation.matches.expected_rows].tolist()
     word = "" if isinstance(keys[0], str) else "frame "
     return [inert(f"{word}{key}") for key in keys]
@@ -245,7 +245,7 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
         place = {"xref": "x domain", "yref": f"y{2 * k + 1 if k else ''} domain"}
         figure.add_annotation(**note, **edge, **place)
     last = 2 * len(kinds)
-    figure.update_xaxes(title_text=first.time_label.partition(" ")[0], row=last, col=1)
+    figure.update_xaxes(title_text=time_label(first).partition(" ")[0], row=last, col=1)
     timed = first.matches.timed
     figure.update_xaxes(hoverformat=".2f" if timed else "d", ticksuffix=" s" if timed else "")
     height = 340 * len(kinds) + 12 * n * len(kinds)

@@ -25,7 +25,7 @@ from ..evaluation.evaluation import Evaluation
 from ..texts import distinct
 from ..validation import finite_rows
 from . import PLOT_MODES
-from .curves import Curve, curve, frames, with_breaks
+from .curves import Curve, curve, frames, over_expected, time_label, with_breaks
 
 __all__ = ["STYLE", "figure_of", "new_figure", "picture", "score_panel"]
 
@@ -140,7 +140,7 @@ def _draw_by_error(
 ) -> None:
     """Draw positions coloured by their error, outliers as crosses, and lost frames."""
     own, unit = curve(evaluation, "TAS"), evaluation.settings.form.unit
-    positions = evaluation.over_expected(evaluation.positions, np.nan)
+    positions = over_expected(evaluation, evaluation.positions, np.nan)
     lost = ~finite_rows(positions)
     far = ~lost & (own.errors >= own.limit)
     near = ~lost & ~far
@@ -207,7 +207,7 @@ def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
         pad = 8 + (11 if len(scored) == 1 else 4) * min(n_rows, NAMED)
         title = f"{what}; bars: what costs the {name} most, as shares of 1 − {name}"
         axes.set_title(title, pad=pad)
-    panels[1].set_xlabel(f"{scored[0].time_label} (shaded: lost; dotted: largest threshold)")
+    panels[1].set_xlabel(f"{time_label(scored[0])} (shaded: lost; dotted: largest threshold)")
 
 
 def _mark_deficits(axes: Axes, own: Curve, x: Floats, colour: Any, row: int) -> None:
@@ -248,8 +248,8 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     for line, one in zip(_lines(scored), scored, strict=True):
         alignment, rotations = one.result.ras.alignment, one.matches.est_poses[:, :3, :3]
         turned = rotations * np.nan if alignment is None else alignment.T @ rotations
-        own = _nearest(one.over_expected(_angles(turned, order), np.nan), angles)
-        values = np.column_stack([one.over_expected(one.positions, np.nan), own[:, columns]])
+        own = _nearest(over_expected(one, _angles(turned, order), np.nan), angles)
+        values = np.column_stack([over_expected(one, one.positions, np.nan), own[:, columns]])
         drawn.append((one, _pose_times(one), values, line))
     names = f"x [{unit}]", f"y [{unit}]", f"z [{unit}]", "roll [deg]", "pitch [deg]", "yaw [deg]"
     for k, (axes, name) in enumerate(zip(panels.T.flat, names, strict=True)):
@@ -261,7 +261,7 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     panels[0, 0].set_title("positions; grey: reference")
     panels[0, 1].set_title(f"angles (order {order}), continued beyond 180 degrees")
     for axes in panels[2]:
-        axes.set_xlabel(first.time_label)
+        axes.set_xlabel(time_label(first))
 
 
 def _order_of_axes(rotations: Floats) -> str:
@@ -340,7 +340,7 @@ def _pose_times(evaluation: Evaluation) -> NDArray[Any]:
     if not evaluation.matches.timed:
         return frames(evaluation)
     times = np.where(rows < 0, np.nan, keys[rows] - evaluation.reference.keys[0])
-    return evaluation.over_expected(times, np.nan)
+    return over_expected(evaluation, times, np.nan)
 
 
 def _draw_line(

@@ -13,6 +13,7 @@ from ..evaluation.notes import scale_note
 from ..extras import require
 from ..metrics import SCORES, header, metric
 from ..texts import aligned, distinct, printable, text_table, text_width
+from .curves import time_label
 
 __all__ = [
     "as_csv",
@@ -36,14 +37,37 @@ def rows_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
     """Return the table of the estimates; of their metrics where the settings have any."""
     names, settings = _names(scored, longest), scored[0].settings
     if not settings.metrics:
-        rows = [[name, *one.row.values()] for name, one in zip(names, scored, strict=True)]
-        return [["estimate", *scored[0].row], *rows]
+        rows = [[name, *_row(one).values()] for name, one in zip(names, scored, strict=True)]
+        return [["estimate", *_row(scored[0])], *rows]
     headers = [header(name, settings.form.unit) for name in settings.metrics]
     rows = [
         [name, *(_number(key, one.value(key)) for key in settings.metrics)]
         for name, one in zip(names, scored, strict=True)
     ]
     return [["estimate", *headers], *rows]
+
+
+def _row(evaluation: Evaluation) -> dict[str, str]:
+    """Return the row of an estimate: texts by the headers of the columns."""
+    unit = evaluation.settings.form.unit
+    scores = {"TAS": evaluation.tas, "RAS": evaluation.ras, "PAS": evaluation.pas}
+    errors = {
+        f"half [{unit}]": evaluation.half_distance,
+        "half [deg]": evaluation.half_angle,
+        f"median [{unit}]": evaluation.median_distance,
+        "median [deg]": evaluation.median_angle,
+        f"ATE [{unit}]": evaluation.ate,
+    }
+    return {
+        **{name: _text(score, ".3f") for name, score in scores.items()},
+        **{name: _text(error, ".3g") for name, error in errors.items()},
+        "coverage": f"{1 - evaluation.lost:.1%}",
+    }
+
+
+def _text(value: float | None, form: str) -> str:
+    """Return a number, a dash where there is none."""
+    return "-" if value is None or not math.isfinite(value) else format(value, form)
 
 
 def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
@@ -55,7 +79,7 @@ def _number(name: str, value: float | None) -> str:
     unit = metric(name).unit
     ours, others = {"": ".3f"}, {"": ".4f", "%": ".2f"}
     form = ours.get(unit, ".3g") if metric(name).name in SCORES else others.get(unit, ".4g")
-    return "-" if value is None or not math.isfinite(value) else format(value, form)
+    return _text(value, form)
 
 
 def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
@@ -64,7 +88,7 @@ def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
     unit = " [s]" if first.matches.timed else ""
     names = _names(scored, longest)
     header = ["estimate", "score", f"from{unit}", f"to{unit}"]
-    header += [first.time_label.partition(" ")[0].replace("time", "frame") + "s"]
+    header += [time_label(first).partition(" ")[0].replace("time", "frame") + "s"]
     rows = [[*header, "cause", "cost", "share of 1 - score"]]
     for name, one in zip(names, scored, strict=True):
         for own in one.deficits:
