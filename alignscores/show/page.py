@@ -48,7 +48,7 @@ def page_of(
             "text": [
                 "Drag to rotate; click a name to hide it, double-click it to see nothing else.",
                 "Crosses: errors beyond the largest threshold, with a line from the reference. "
-                "Circles: lost frames.",
+                "Small dots: lost frames.",
             ],
             "figure": drawn["trajectories"],
         },
@@ -103,7 +103,9 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     look = line if ordered else dots
     drawn = with_breaks(first, path) if ordered else path
     ramp = [*zip(np.linspace(0, 0.999, len(RAMP)).tolist(), RAMP, strict=True), (1.0, BEYOND)]
-    bar = {"title": {"text": f"position<br>error [{inert(unit)}]"}, "thickness": 12, "len": 0.8}
+    title = {"text": f"position error [{inert(unit)}]", "side": "top"}
+    bar: dict[str, Any] = {"title": title, "orientation": "h"}
+    bar |= {"thickness": 12, "len": 0.6, "y": 0, "yanchor": "top", "x": 1, "xanchor": "right"}
     scale: dict[str, Any] = {"colorscale": ramp, "cmin": 0, "cmax": limit, "colorbar": bar}
     scale["size"] = 3
     add(drawn, "reference", "reference", hoverinfo="skip", **look)
@@ -148,7 +150,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
                 f"{one.name}: lost",
                 group,
                 mode="markers",
-                marker={"symbol": "circle-open", "size": 3, "color": COLOURS[index % len(COLOURS)]},
+                marker={"size": 2, "color": "#333333"},
                 text=[where[row] for row in np.flatnonzero(~has_pose)],
                 hovertemplate="%{text}",
             )
@@ -162,7 +164,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     }
     thin = int(np.argmin(high - low))
     up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
-    eye = dict(zip("xyz", np.roll([1.3, -0.9, -0.9], thin).tolist(), strict=True))
+    eye = dict(zip("xyz", np.roll([1.6, -1.1, -1.1], thin).tolist(), strict=True))
     scene = {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye}}
     buttons = [
         {"label": label, "method": "restyle", "args": [{"opacity": opacity}, by_error]}
@@ -174,9 +176,9 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
         "direction": "right",
         "active": int(len(scored) > 1),
     }
-    menu |= {"x": 0, "xanchor": "left", "y": 0, "yanchor": "bottom", "font": {"size": 12}}
-    figure.update_layout(**LAYOUT, height=560, scene=scene, updatemenus=[menu])
-    return figure.update_layout(margin={"l": 0, "r": 0, "b": 0})
+    menu |= {"x": 0, "xanchor": "left", "y": 0, "yanchor": "top", "font": {"size": 12}}
+    figure.update_layout(**LAYOUT, height=600, scene=scene, updatemenus=[menu])
+    return figure.update_layout(margin={"l": 0, "r": 10, "b": 70})
 
 
 def _places(evaluation: Evaluation) -> list[str]:
@@ -268,9 +270,9 @@ def _bars(own: Curve, index: int) -> dict[str, Any]:
 def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
     """Draw the scores over their largest thresholds."""
     kinds = ["TAS", "RAS"] if any(one.has_rotations for one in scored) else ["TAS"]
-    figure = make_subplots(cols=len(kinds), horizontal_spacing=0.12)
+    figure = make_subplots(rows=len(kinds), vertical_spacing=0.2)
     for k, score in enumerate(kinds):
-        place = {"row": 1, "col": k + 1}
+        place = {"row": k + 1, "col": 1}
         unit = scored[0].settings.form.unit if score == "TAS" else "deg"
         limit = curve(scored[0], score).limit
         largest = limit * np.geomspace(0.01, 10, N_PROFILE)
@@ -290,9 +292,10 @@ def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
             )
         figure.add_vline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **place)
         title = f"largest threshold [{unit}]"
-        figure.update_xaxes(type="log", title_text=title, dtick=1, hoverformat=".3g", **place)
+        figure.update_xaxes(type="log", title_text=title, dtick=1, tickformat="~g", **place)
+        figure.update_xaxes(hoverformat=".3g", **place)
         figure.update_yaxes(range=[0, 1.02], title_text=score, **place)
-    return figure.update_layout(**LAYOUT, height=380, hovermode="x unified")
+    return figure.update_layout(**LAYOUT, height=320 * len(kinds), hovermode="x unified")
 
 
 def _scores(evaluation: Evaluation, score: str, largest: Floats) -> Floats:

@@ -20,7 +20,7 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..arrays import Floats
+from ..arrays import Booleans, Floats, Indices
 from ..evaluation.evaluation import Evaluation
 from ..texts import distinct
 from ..validation import finite_rows
@@ -40,6 +40,7 @@ OTHERS: dict[str, Any] = {
 }  # estimates that are not named
 NAMED = 8  # estimates that have a colour and a name
 LONGEST = 40  # characters of a name in a legend
+N_CROSSES = 100  # of an estimate among several
 DASHES = "-", "--", "-.", ":"
 # Dark to light, so that the order survives greyscale and colour blindness, without the light end,
 # which cannot be seen on white.
@@ -120,19 +121,38 @@ def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str 
     view = ["xyz".index(axis) for axis in mode] if mode else longest
     axes = part.subplots(subplot_kw={"projection": "3d"} if len(view) == 3 else {})
     _draw_path(axes, first, reference[:, view], {**REFERENCE, "linewidth": 2})
-    # A cube around the reference, so that an estimate far away does not shrink the rest.
-    centre = (reference.min(axis=0) + reference.max(axis=0)) / 2
-    reach = 0.55 * float(np.ptp(reference, axis=0).max()) or 1.0
+    # A box around the reference, so that an estimate far away does not shrink the rest.
+    low, high = reference.min(axis=0), reference.max(axis=0)
+    margin = 0.06 * float(np.max(high - low)) or 1.0
     for name, axis in zip("xyz", view, strict=False):
-        limits = centre[axis] - reach, centre[axis] + reach
+        limits = low[axis] - margin, high[axis] + margin
         axes.set(**{f"{name}lim": limits, f"{name}label": f"{'xyz'[axis]} [{unit}]"})
-    axes.set_aspect("equal")
-    axes.set_title("aligned trajectories" if scored[1:] else "aligned trajectory")
+    if len(view) == 3:
+        axes.set_aspect("equal")
+    else:  # the limits grow until the box fills its place
+        axes.set_aspect("equal", adjustable="datalim")
+    title = (
+        "aligned trajectories" if scored[1:] else f"{distinct([first.name], LONGEST)[0]}, aligned"
+    )
+    axes.set_title(title, parse_math=False)
     if len(scored) == 1:
         _draw_by_error(part, axes, first, reference, view)
-    else:
-        for line, evaluation in zip(_lines(scored), scored, strict=True):
-            _draw_path(axes, evaluation, evaluation.positions[:, view], line)
+        return
+    for line, evaluation in zip(_lines(scored), scored, strict=True):
+        _draw_path(axes, evaluation, evaluation.positions[:, view], line)
+        own = curve(evaluation, "TAS")
+        positions = over_expected(evaluation, evaluation.positions, np.nan)
+        far = _thinned(finite_rows(positions) & (own.errors >= own.limit))
+        cross = {"color": line["color"], "linestyle": "", "marker": "x", "markersize": 5}
+        axes.plot(*positions[far][:, view].T, **cross)
+
+
+def _thinned(chosen: Booleans) -> Indices:
+    """Return about a hundred rows that are chosen, the first of each stretch among them."""
+    rows = np.flatnonzero(chosen)
+    stretches = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+    step = max(1, len(rows) // N_CROSSES)
+    return np.concatenate([stretch[::step] for stretch in stretches])
 
 
 def _draw_by_error(
@@ -150,17 +170,15 @@ def _draw_by_error(
     dots: dict[str, Any] = {"c": own.errors[near], "s": 20, "linewidth": 0, "zorder": 3}
     dots |= {"cmap": ERRORS, "vmin": 0, "vmax": own.limit}
     crosses: dict[str, Any] = {"marker": "x", "s": 28, "c": BEYOND, "linewidth": 1.2, "zorder": 4}
-    holes: dict[str, Any] = {"marker": "o", "s": 16, "c": "none", "edgecolor": "0.2"}
-    holes |= {"linewidth": 0.6, "zorder": 4}
+    small: dict[str, Any] = {"marker": "o", "s": 3, "c": "0.2", "linewidth": 0, "zorder": 3}
     points = axes.scatter(*positions[near][:, view].T, **dots)
     axes.scatter(*positions[far][:, view].T, **crosses)
-    axes.scatter(*reference[lost][:, view].T, **holes)
+    axes.scatter(*reference[lost][:, view].T, **small)
     part.colorbar(points, ax=axes, label=f"position error [{unit}]", extend="max", aspect=30)
-    marker: dict[str, Any] = {"linestyle": "", "markersize": 5, "fillstyle": "none"}
     shown = {
         "reference": Line2D([], [], linewidth=2, **REFERENCE),
-        f"beyond {own.limit:.3g} {unit}": Line2D([], [], marker="x", color=BEYOND, **marker),
-        "lost": Line2D([], [], marker="o", color="0.2", **marker),
+        f"beyond {own.limit:.3g} {unit}": Line2D([], [], marker="x", color=BEYOND, linestyle=""),
+        "lost": Line2D([], [], linewidth=1.7, linestyle=":", color="0.2"),
     }
     part.legend(shown.values(), shown.keys(), loc="outside lower left", ncols=3, frameon=False)
 
