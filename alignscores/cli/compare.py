@@ -22,7 +22,7 @@ from ..comparison.comparison import (
 from ..comparison.gate import WORSE, Condition, conditions_of, reasons_to_fail
 from ..comparison.runs import SCORES
 from ..comparison.summary import Design, measured
-from ..comparison.tables import as_latex
+from ..comparison.tables import as_latex, problems_of
 from ..evaluation.settings import Settings
 from ..io import FORMATS
 from ..metrics import metric
@@ -159,7 +159,7 @@ def _run(argv: Sequence[str]) -> int:
         levels = [one.limit for one in gate if one.relation == WORSE]
         changed = changes(found, arguments.baseline, saved, *levels[:1])
     reasons = reasons_to_fail(gate, found, changed) if gate else []
-    problems = found.problems + found.failed
+    problems = problems_of(found)
 
     for option, path in outputs.items():
         try:

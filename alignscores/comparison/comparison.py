@@ -145,11 +145,10 @@ class Comparison:
     def failed(self) -> list[str]:
         """Why runs failed, or that they are missing; each of them counts as a failure."""
         rows = self.runs[self.runs["status"].isin(["failed", "missing"])]
-        reasons = [
+        return [
             row["error"] or "{sequence}, {system}, run {run}: has no ".format(**row) + self.by
             for row in records(rows)
         ]
-        return [f"{reason}; it counts as a failure" for reason in reasons]
 
     @property
     def low_scores(self) -> list[str]:

@@ -24,7 +24,7 @@ from .verdict import p_text
 
 __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "legend"]
 __all__ += ["HTML", "MARKDOWN", "TEXT", "latex_table", "markdown", "notes_of", "number", "overall"]
-__all__ += ["differences_of", "wins_text"]
+__all__ += ["differences_of", "problems_of", "wins_text"]
 
 SHOWN = "TAS", "RAS", "PAS", "half_distance", "half_angle"
 
@@ -243,9 +243,14 @@ def conditions(settings: Settings | None) -> list[str]:
     return lines
 
 
+def problems_of(found: Comparison) -> list[str]:
+    """Return what was left out, and which runs failed."""
+    return [*found.problems, *(f"{error}; it counts as a failure" for error in found.failed)]
+
+
 def notes_of(found: Comparison, reasons: Sequence[str] = ()) -> list[str]:
     """Return all notes and errors that the command prints, also why scores are low."""
-    errors = [*found.problems, *found.failed, *reasons]
+    errors = [*problems_of(found), *reasons]
     return [*found.notes, *found.low_scores, *(f"error: {line}" for line in errors)]
 
 

@@ -40,7 +40,7 @@ OTHERS: dict[str, Any] = {
 }  # estimates that are not named
 NAMED = 8  # estimates that have a colour and a name
 LONGEST = 40  # characters of a name in a legend
-N_CROSSES = 100  # of an estimate among several
+N_MARKS = 60  # of outliers, or of lost frames
 DASHES = "-", "--", "-.", ":"
 # Dark to light, so that the order survives greyscale and colour blindness, without the light end,
 # which cannot be seen on white.
@@ -121,37 +121,37 @@ def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str 
     view = ["xyz".index(axis) for axis in mode] if mode else longest
     axes = part.subplots(subplot_kw={"projection": "3d"} if len(view) == 3 else {})
     _draw_path(axes, first, reference[:, view], {**REFERENCE, "linewidth": 2})
-    # A box around the reference, so that an estimate far away does not shrink the rest.
-    low, high = reference.min(axis=0), reference.max(axis=0)
-    margin = 0.06 * float(np.max(high - low)) or 1.0
     for name, axis in zip("xyz", view, strict=False):
-        limits = low[axis] - margin, high[axis] + margin
-        axes.set(**{f"{name}lim": limits, f"{name}label": f"{'xyz'[axis]} [{unit}]"})
-    if len(view) == 3:
-        axes.set_aspect("equal")
-    else:  # the limits grow until the box fills its place
-        axes.set_aspect("equal", adjustable="datalim")
-    title = (
-        "aligned trajectories" if scored[1:] else f"{distinct([first.name], LONGEST)[0]}, aligned"
-    )
+        axes.set(**{f"{name}label": f"{'xyz'[axis]} [{unit}]"})
+    limit = f"{curve(first, 'TAS').limit:.3g} {unit}"
+    (name,) = distinct([first.name], LONGEST)
+    title = f"aligned trajectories; crosses: beyond {limit}" if scored[1:] else f"{name}, aligned"
     axes.set_title(title, parse_math=False)
     if len(scored) == 1:
         _draw_by_error(part, axes, first, reference, view)
-        return
-    for line, evaluation in zip(_lines(scored), scored, strict=True):
-        _draw_path(axes, evaluation, evaluation.positions[:, view], line)
-        own = curve(evaluation, "TAS")
-        positions = over_expected(evaluation, evaluation.positions, np.nan)
+    for line, one in zip(_lines(scored), scored if scored[1:] else [], strict=False):
+        _draw_path(axes, one, one.positions[:, view], line)
+        own, positions = curve(one, "TAS"), over_expected(one, one.positions, np.nan)
         far = _thinned(finite_rows(positions) & (own.errors >= own.limit))
         cross = {"color": line["color"], "linestyle": "", "marker": "x", "markersize": 5}
         axes.plot(*positions[far][:, view].T, **cross)
+    # A box around the reference, so that an estimate far away does not shrink the rest.
+    low, high = reference[:, view].min(axis=0), reference[:, view].max(axis=0)
+    if len(view) == 3:
+        margin = 0.06 * float(np.max(high - low)) or 1.0
+        ends = zip("xyz", low - margin, high + margin, strict=True)
+        axes.set(aspect="equal", **{f"{name}lim": (begin, end) for name, begin, end in ends})
+    else:  # which grows until it fills its place
+        axes.dataLim.set_points(np.stack([low, high]))
+        axes.margins(0.06)
+        axes.set_aspect("equal", adjustable="datalim")
 
 
 def _thinned(chosen: Booleans) -> Indices:
-    """Return about a hundred rows that are chosen, the first of each stretch among them."""
+    """Return some rows that are chosen, the first of each stretch among them."""
     rows = np.flatnonzero(chosen)
     stretches = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
-    step = max(1, len(rows) // N_CROSSES)
+    step = max(1, len(rows) // N_MARKS)
     return np.concatenate([stretch[::step] for stretch in stretches])
 
 
@@ -170,15 +170,16 @@ def _draw_by_error(
     dots: dict[str, Any] = {"c": own.errors[near], "s": 20, "linewidth": 0, "zorder": 3}
     dots |= {"cmap": ERRORS, "vmin": 0, "vmax": own.limit}
     crosses: dict[str, Any] = {"marker": "x", "s": 28, "c": BEYOND, "linewidth": 1.2, "zorder": 4}
-    small: dict[str, Any] = {"marker": "o", "s": 3, "c": "0.2", "linewidth": 0, "zorder": 3}
+    holes: dict[str, Any] = {"marker": "o", "s": 16, "c": "none", "edgecolor": "0.2"}
+    holes |= {"linewidth": 0.8, "zorder": 4}
     points = axes.scatter(*positions[near][:, view].T, **dots)
     axes.scatter(*positions[far][:, view].T, **crosses)
-    axes.scatter(*reference[lost][:, view].T, **small)
+    axes.scatter(*reference[_thinned(lost)][:, view].T, **holes)
     part.colorbar(points, ax=axes, label=f"position error [{unit}]", extend="max", aspect=30)
     shown = {
         "reference": Line2D([], [], linewidth=2, **REFERENCE),
         f"beyond {own.limit:.3g} {unit}": Line2D([], [], marker="x", color=BEYOND, linestyle=""),
-        "lost": Line2D([], [], linewidth=1.7, linestyle=":", color="0.2"),
+        "lost": Line2D([], [], marker="o", color="0.2", linestyle="", fillstyle="none", ms=5),
     }
     part.legend(shown.values(), shown.keys(), loc="outside lower left", ncols=3, frameon=False)
 
