@@ -14,7 +14,7 @@ from experiments.tables import TableError, Trials
 
 from .statistics import LEAST_POWER, dependence, power
 
-OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many of the cameras lost
+OUTLIER_SHARE = 0.1  # robust: still discerns noise with so many outliers
 SCALE = 1000.0  # metres to millimetres
 SCALE_TOLERANCE = 0.01  # relative; a score may move by single counts through rounding
 MOST_DEPENDENCE = 25.0  # insensitive: moves by less, in per cent of what the noise moves
@@ -41,7 +41,7 @@ PROPERTIES = (
 CRITERIA = (
     f"value unchanged (within {SCALE_TOLERANCE:.0%}) when the ground truth is scaled by {SCALE:g}",
     f"Kendall tau with the noise level, positive where worse, at least {LEAST_POWER:g} with up to "
-    f"{OUTLIER_SHARE:.0%} of the cameras lost",
+    f"{OUTLIER_SHARE:.0%} outliers",
     f"Kendall tau with the noise level, positive where worse, at least {LEAST_POWER:g} on a line, "
     "without outliers",
     f"the mean moves over the numbers of cameras by less than {MOST_DEPENDENCE:g} % of its range "
