@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -29,13 +30,13 @@ def finite(examples, tmp_path, monkeypatch):
 
 
 def evo(program, *arguments):
-    """Run a program of evo as its users do, with a home folder of its own; return what it prints."""
+    """Run a program of evo, with a home folder of its own; return what it prints."""
     code = (
         "import sys; from evo.tools.settings import SETTINGS; SETTINGS.save_traj_in_zip = True; "
         f"from evo.cli.entry_points import {program}; sys.exit({program}())"
     )
     words = [sys.executable, "-c", code, *map(str, arguments)]
-    environment = {**os.environ, "HOME": os.getcwd()}
+    environment = {**os.environ, "HOME": str(Path.cwd())}
     done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=100)
     assert done.returncode == 0, done.stderr
     return done.stdout
