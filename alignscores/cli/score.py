@@ -72,6 +72,7 @@ IN_FOLDER = {  # of --output
     "save_aligned": "aligned.txt",
     "save_json": "scores.json",
 }
+SHOWN_MODELS = 5  # of an estimate, without --verbose
 OF_COMPARE = dict.fromkeys(  # options that are not of this command
     [
         *("--dry-run", "--expect_all", "--jobs", "--cache", "--by", "--better", "--baseline"),
@@ -189,6 +190,15 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
     reference, *estimates = files
     if not (arguments.format or Path(reference).suffix or Path(reference).exists()):
         parser.error(f"{reference!r} is neither a file nor a format ({', '.join(FORMATS)})")
+    if (
+        arguments.format == "bag"
+        and estimates[0].startswith("/")
+        and not Path(estimates[0]).exists()
+    ):
+        hint = (
+            f"alignscores bag {reference} {reference} --ref_topic {estimates[0]} --est_topic NAME"
+        )
+        parser.error(f"{estimates[0]} is no file; topics are options here: {hint}")
     settings = parser.settings(arguments)
     if not arguments.format:
         columns = settings.columns_of_reference
@@ -292,6 +302,8 @@ def _print_table(results: Results, *, verbose: bool) -> None:
     scored = results.scored
     print(tables.text(scored, table_width()))
     print("\n".join(tables.conditions(scored)))
+    if models := tables.text_of_models(scored, most=None if verbose else SHOWN_MODELS):
+        print(f"\n{models}")
     if verbose and not results.settings.metrics:
         print(f"\n{tables.text_of_deficits(scored)}\n")
         for term, meaning in tables.terms(scored):

@@ -26,14 +26,14 @@ from .match import Matches
 from .perfect import simulated_scores
 from .settings import Settings
 
-__all__ = ["LOST", "STATUSES", "Evaluation", "Note", "finite_or_none", "median"]
+__all__ = ["LOST", "STATUSES", "Evaluation", "Model", "Note", "finite_or_none", "median"]
 
 STATUSES = "matched", "no rotation", "no position", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
 SAMPLE = 1000  # frames from which the chance level is computed
 NO_COLUMNS = {
     *("TAS_seeds", "perfect", "deficits", "alignment", "body_rotation", "lever_arm"),
-    *("metrics", "notes"),
+    *("metrics", "notes", "models"),
 }
 
 
@@ -51,6 +51,21 @@ class Note:
     def named(self, name: str) -> str:
         """Return the note after the name of its estimate, unless it names the file itself."""
         return str(self) if self.kind == "file" else f"{name}: {self}"
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model of an estimate of several: its size, and its scores with all other images missing.
+
+    Scores are None where too few of its images are in the reference.
+    """
+
+    name: str
+    images: int
+    coverage: float
+    TAS: float | None = None
+    RAS: float | None = None
+    PAS: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +105,8 @@ class Evaluation:
         than the origin.
     notes : list of Note
         What may be wrong with the estimate or with the settings.
+    models : tuple of Model
+        The models of an estimate of several, the best one first, which has these scores.
 
     Examples
     --------
@@ -121,6 +138,7 @@ class Evaluation:
     body_rotation: Floats | None
     lever_arm: LeverArm | None
     notes: list[Note]
+    models: tuple[Model, ...] = ()
 
     def __repr__(self) -> str:
         scores = f"PAS {self.pas:.3f}, TAS {self.tas:.3f}, RAS {self.ras:.3f}"
@@ -324,6 +342,7 @@ class Evaluation:
             "body_rotation": None if self.body_rotation is None else self.body_rotation.tolist(),
             "lever_arm": None if self.lever_arm is None else self.lever_arm.vector.tolist(),
             "metrics": {name: self.value(name) for name in (*self.settings.metrics, *self.metrics)},
+            "models": [asdict(model) for model in self.models],
             "notes": [asdict(note) for note in self.notes],
         }
 

@@ -182,6 +182,7 @@ def poses_of_rows(estimate: Trajectory, rows: Indices) -> Floats:
 
 def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
     """Find the pose that covers each expected frame."""
+    _check_seconds(reference.keys, estimate.keys, settings)
     rows, without_reference = _expected_rows(reference.keys, settings)
     frames = Trajectory(reference.keys[rows], reference.poses[rows])
     unit = _unit(frames.positions, settings)
@@ -221,6 +222,23 @@ def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) ->
         pose_rows=est_rows[within],
         pose_references=at_poses[within],
     )
+
+
+def _check_seconds(ref_stamps: Floats, est_stamps: Floats, settings: Settings) -> None:
+    """Raise a ValueError for seconds that the recording has not, as those of another unit."""
+    recording = float(max(np.ptp(ref_stamps), np.ptp(est_stamps)))
+    for name in ("t_max_diff", "max_gap", "t_offset"):
+        value = getattr(settings, name)
+        if value in ("auto", getattr(Settings, name)) or abs(value) <= recording:
+            continue
+        if name == "t_offset" and max(ref_stamps[0], est_stamps.min()) <= min(
+            ref_stamps[-1], est_stamps.max()
+        ):  # another clock
+            continue
+        raise ValueError(
+            f"{name} is in seconds, and {value:g} s are longer than the recording of "
+            f"{recording:.6g} s"
+        )
 
 
 def _expected_rows(ref_stamps: Floats, settings: Settings) -> tuple[Indices, Floats]:

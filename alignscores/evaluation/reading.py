@@ -54,7 +54,12 @@ def files_below(path: str | Path) -> Iterator[Path]:
 
 
 def in_memory(value: Any, whose: str, times: Any = None) -> Any:
-    """Return poses in an array or a COLMAP model as a checked trajectory, and a path as it is."""
+    """Return poses in an array or a COLMAP model as a checked trajectory, and a path as it is.
+
+    A dict of models is one of trajectories by the models' names.
+    """
+    if isinstance(value, dict) and value:
+        return {str(name): in_memory(model, whose, times) for name, model in value.items()}
     if isinstance(value, (str, PathLike, Trajectory)) or is_model(value):
         if times is not None:
             raise ValueError(
@@ -81,6 +86,8 @@ def with_formats(settings: Settings, reference: Any, estimate: Any) -> Settings:
 
 def format_of(trajectory: Any, columns: str | None) -> str:
     """Return the format of a file, or the one that a trajectory in memory is like."""
+    if isinstance(trajectory, dict):
+        trajectory = next(iter(trajectory.values()))
     if isinstance(trajectory, Trajectory):
         return FORMAT_OF_KEYS[trajectory.keys.dtype.kind]
     return recognise(trajectory, columns)

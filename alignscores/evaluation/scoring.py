@@ -2,8 +2,10 @@
 
 import math
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -26,11 +28,11 @@ from .evaluation import Evaluation, Note, finite_or_none
 from .hints import Files, Scored, find_convention, look, rescue, rotate_cameras
 from .lever import LeverArm, find_lever_arm, with_lever_arm
 from .match import Matches, check_scorable, match, no_clock, poses_of_rows, with_stamps_of_sparse
+from .models import ModelPoses, in_order, poses_of_models, read_models
 from .notes import collected_warnings, explain, reference_notes
 from .reading import (
     has_constant_rotations,
     in_memory,
-    read_estimate,
     read_reference,
     with_formats,
 )
@@ -56,7 +58,8 @@ def evaluate(
     ----------
     reference, estimate : path, (n, 4, 4) array, Trajectory or pycolmap.Reconstruction
         Files, whose formats are recognised, camera-to-world poses, or COLMAP models. The reference
-        is the ground truth. Row i of two arrays is the same camera, unless there are `times`.
+        is the ground truth. Row i of two arrays is the same camera, unless there are `times`. The
+        estimate may have several models: a folder of COLMAP's, or a dict as of pycolmap's mappers.
     settings : Settings, optional
         How they are matched and scored; by default ``Settings()``.
     times : (n,) array or two of them, optional
@@ -101,7 +104,8 @@ def evaluate(
     settings = with_formats(settings, reference, estimate)
     with collected_warnings() as warned:
         truth = read_reference(reference, settings)
-    name = "estimate" if isinstance(estimate, Trajectory) else unique_names([str(estimate)])[0]
+    in_file = isinstance(estimate, (str, PathLike))
+    name = unique_names([str(estimate)])[0] if in_file else "estimate"
     path = "" if isinstance(reference, Trajectory) else str(reference)
     evaluation = score(truth, estimate, settings, name=name, ref_file=path, functions=functions)
     of_reference = [Note("reference", text) for text in warned]
@@ -111,7 +115,7 @@ def evaluate(
 
 def score(
     reference: Trajectory,
-    estimate: FilePath | Trajectory,
+    estimate: FilePath | Trajectory | Mapping[str, Trajectory],
     settings: Settings,
     *,
     name: str,
@@ -119,14 +123,84 @@ def score(
     check: bool = True,
     functions: Iterable[Metric | Callable[..., Any]] = (),
 ) -> Evaluation:
-    """Read, match, score and explain one estimate.
+    """Read, match, score and explain one estimate; of several models the best one has the scores.
 
     With `check` the notes look for mistakes in both files, which takes most of the time. `ref_file`
     is where the reference was read from; `functions` are metrics next to those in the settings.
     """
+    file = str(estimate) if isinstance(estimate, (str, PathLike)) else ""
+    files = Files(
+        printable(Path(ref_file).name) or "the reference",
+        (file and name) or "the estimate",
+        ref_file,
+        file,
+    )
     with collected_warnings() as of_file:  # these name the file
-        poses = read_estimate(estimate, settings)
+        models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]
+    if len(models) == 1:
+        (poses,) = models.values()
+        return _score_one(
+            reference, poses, settings, name, files, notes, check=check, functions=functions
+        )
+
+    scored = _each_model(reference, models, settings)
+    of_models = poses_of_models(reference.with_rotations(), models, settings)
+    rows = in_order(models, of_models, scored)
+    best = rows[0].name
+    text = f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
+    notes.append(Note("models", text, "--model chooses another one"))
+    evaluation = _score_one(
+        reference,
+        models[best],
+        settings,
+        name,
+        files,
+        notes,
+        check=check,
+        functions=functions,
+        of_models=of_models,
+    )
+    return replace(evaluation, models=rows)
+
+
+def _each_model(
+    reference: Trajectory, models: Mapping[str, Trajectory], settings: Settings
+) -> dict[str, Evaluation]:
+    """Score each model of a set by its name; those with too few images are left out."""
+    if settings.missing == "ignore":
+        raise ValueError(
+            f"missing=ignore would leave out all images but those of one of {len(models)} models; "
+            f"choose one with --model, such as {next(iter(models))}"
+        )
+    scored, files = {}, Files("the reference", "the estimate", "", "")
+    for name, poses in models.items():
+        with suppress(ValueError):
+            scored[name] = _score_one(
+                reference, poses, replace(settings, metrics=()), name, files, [], check=False
+            )
+    if not scored:
+        largest = max(models, key=lambda name: len(models[name].keys))
+        raise ValueError(
+            f"none of its {len(models)} models can be scored; the largest one, {largest}, has "
+            f"{len(models[largest].keys)} images"
+        )
+    return scored
+
+
+def _score_one(
+    reference: Trajectory,
+    poses: Trajectory,
+    settings: Settings,
+    name: str,
+    files: Files,
+    notes: list[Note],
+    *,
+    check: bool,
+    functions: Iterable[Metric | Callable[..., Any]] = (),
+    of_models: ModelPoses | None = None,
+) -> Evaluation:
+    """Match, score and explain the poses of an estimate; see `score`. `notes` are those so far."""
     has_rotations = reference.has_rotations and poses.has_rotations
     if reference.has_rotations and not has_rotations:
         notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
@@ -134,13 +208,6 @@ def score(
         note, poses = _constant(poses, settings)
         notes.append(note)
     reference, poses = reference.with_rotations(), poses.with_rotations()
-    file = "" if isinstance(estimate, Trajectory) else str(estimate)
-    files = Files(
-        printable(Path(ref_file).name) or "the reference",
-        (file and name) or "the estimate",
-        ref_file,
-        file,
-    )
     main = "PAS" if has_rotations else "TAS"
 
     def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
@@ -161,10 +228,10 @@ def score(
     notes += [Note("estimate", text) for text in of_estimate]
     matches, result = found.matches, found.result
     pairs = _every_pose(matches, found.estimate)
-    metrics, without_value = _metrics(matches, pairs, settings, functions)
+    metrics, without_value = _metrics(matches, pairs, settings, functions, of_models)
     evaluation = Evaluation(
         name=name,
-        file=file,
+        file=files.est_path,
         settings=settings,
         reference=reference,
         estimate=found.estimate,
@@ -436,6 +503,7 @@ def _metrics(
     pairs: Pairs,
     settings: Settings,
     functions: Iterable[Metric | Callable[..., Any]],
+    of_models: ModelPoses | None,
 ) -> tuple[dict[str, float], list[Note]]:
     """Return the other metrics that have a value, and why others have none."""
     values, notes = {}, []
@@ -447,7 +515,11 @@ def _metrics(
         try:
             if "rotations" in one.needs and not matches.has_rotations:
                 raise ValueError(f"{name} needs the rotations of the cameras")
-            value = one(*pairs)
+            if one.sets and matches.keys.dtype.kind == "U":
+                own = of_models or ModelPoses(pairs[1], np.array(matches.unmatched))
+                value = float(one.function(pairs[0], own.est_poses, outliers=own.outliers))
+            else:
+                value = one(*pairs)
             if not math.isfinite(value):
                 raise ValueError("it is not finite, with so many cameras lost")
             values[name] = value

@@ -83,6 +83,11 @@ class Settings:
     )
     ref_columns: str | None = _matching(None, "the same, for the reference alone", needs="tables")
     est_columns: str | None = _matching(None, "the same, for the estimates alone", needs="tables")
+    model: str | None = _matching(
+        None,
+        "model of an estimate that has several, such as 0 of sparse/0 and sparse/1 "
+        "(default: the best one)",
+    )
     missing: str = _matching(
         "fail",
         "frames without a pose count as failures, or are ignored",

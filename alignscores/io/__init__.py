@@ -11,11 +11,11 @@ A new format is a module with a reader and an entry of `formats.FORMATS`.
 from ..files import FAILURES, FileError, FilePath
 from .arrays import read_arrays
 from .bags import read_bag
-from .colmap import is_model, read_colmap
+from .colmap import is_model, read_colmap, read_colmap_models
 from .columns import parse_columns
 from .formats import FORMATS, Format, recognise
 from .g2o import read_g2o
-from .scenes import read_nerf, read_opensfm
+from .scenes import read_nerf, read_opensfm, read_opensfm_models
 from .text import (
     read_euroc,
     read_hloc,
@@ -42,6 +42,7 @@ __all__ = [
     "read_arrays",
     "read_bag",
     "read_colmap",
+    "read_colmap_models",
     "read_euroc",
     "read_g2o",
     "read_hloc",
@@ -50,6 +51,7 @@ __all__ = [
     "read_names",
     "read_nerf",
     "read_opensfm",
+    "read_opensfm_models",
     "read_stamps",
     "read_tum",
     "recognise",

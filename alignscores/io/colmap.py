@@ -12,7 +12,7 @@ from ..files import FileError, FilePath, Source, is_number, numbered_lines, open
 from .text import format_of_table, read_hloc
 from .trajectory import Trajectory, checked, inverse_poses, poses_from_quaternions
 
-__all__ = ["has_model", "is_model", "read_colmap"]
+__all__ = ["has_model", "is_model", "read_colmap", "read_colmap_models"]
 
 Images = list[tuple[str, tuple[float, ...]]]  # names, and qw qx qy qz tx ty tz
 
@@ -29,8 +29,9 @@ def read_colmap(path: Any) -> Trajectory:
     Parameters
     ----------
     path : path or pycolmap.Reconstruction
-        The model's folder, with text or binary files, or the model in memory; also hloc's table
-        ``name qw qx qy qz tx ty tz``, which has COLMAP's convention.
+        The model's folder, with text or binary files, or the folder of a single model's folder; or
+        the model in memory; also hloc's table ``name qw qx qy qz tx ty tz``, which has COLMAP's
+        convention.
 
     Returns
     -------
@@ -60,6 +61,38 @@ def read_colmap(path: Any) -> Trajectory:
     return _trajectory("the Reconstruction", images)
 
 
+def read_colmap_models(path: FilePath) -> dict[str, Trajectory]:
+    """Read all models in a folder such as COLMAP's ``sparse``, each in a folder of its own.
+
+    Parameters
+    ----------
+    path : path
+        The folder.
+
+    Returns
+    -------
+    dict of str to Trajectory
+        The models by the names of their folders, as of `read_colmap`; without models that have no
+        registered image, and empty for anything but such a folder.
+
+    Raises
+    ------
+    FileError
+        Where a model cannot be read.
+
+    Examples
+    --------
+    >>> from alignscores.io import read_colmap_models
+    >>> {name: len(model.keys) for name, model in read_colmap_models("tests/data/colmap").items()}
+    {'estimate': 37, 'reference': 40}
+    """
+    folder = Path(path)
+    if not folder.is_dir() or any(folder.glob("images.*")):
+        return {}
+    images = {model.name: _images(model) for model in _folders_of_models(folder)}
+    return {name: _trajectory(folder / name, own) for name, own in images.items() if own}
+
+
 def is_model(model: object) -> bool:
     """Return whether something is a COLMAP model in memory, without importing pycolmap."""
     return type(model).__module__.partition(".")[0] == "pycolmap"
@@ -74,21 +107,31 @@ def _read(path: Path) -> Trajectory:
     """Read a model from its folder or its images.bin or images.txt, or a table of hloc."""
     if path.is_file():
         return _read_file(path)
-    for file in (path / "images.bin", path / "images.txt"):
-        if file.exists():
-            return _read_file(file)
-    if models := sorted({file.parent.name for file in path.glob("*/images.*")}):
-        example = path / models[0]
-        raise FileError(path, f"holds {len(models)} models; name one, such as {example}")
+    if (path / "images.bin").exists() or (path / "images.txt").exists():
+        return _trajectory(path, _images(path))
+    if models := _folders_of_models(path):
+        if len(models) == 1:
+            return _read(models[0])
+        raise FileError(path, f"holds {len(models)} models; name one, such as {models[0]}")
     reason = "is not a folder with a COLMAP model, as sparse/0 is"
     raise FileError(path, f"{reason}: it has no images.bin or images.txt")
 
 
+def _folders_of_models(folder: Path) -> list[Path]:
+    """Return the folders of the models in a folder: 0, 1, ..., 10, ..."""
+    models = {file.parent for file in folder.glob("*/images.*") if file.suffix in (".bin", ".txt")}
+    return sorted(models, key=lambda model: (len(model.name), model.name))
+
+
+def _images(model: Path) -> Images:
+    """Return the registered images of the model in a folder."""
+    binary = model / "images.bin"
+    return _images_of_binary(binary) if binary.exists() else _images_of_text(model / "images.txt")
+
+
 def _read_file(path: Path) -> Trajectory:
-    if path.name == "images.bin":
-        return _trajectory(path.parent, _images_of_binary(path))
-    if path.name == "images.txt":
-        return _trajectory(path.parent, _images_of_text(path))
+    if path.name in ("images.bin", "images.txt"):
+        return _trajectory(path.parent, _images(path.parent))
     with suppress(FileError):
         if format_of_table(path) == "hloc":
             return read_hloc(path)

@@ -7,9 +7,9 @@ from pathlib import Path
 from ..files import FileError, FilePath, read_head
 from .arrays import read_arrays
 from .bags import read_bag
-from .colmap import has_model, read_colmap
+from .colmap import has_model, read_colmap, read_colmap_models
 from .g2o import is_g2o, read_g2o
-from .scenes import is_json, is_opensfm, read_nerf, read_opensfm
+from .scenes import is_json, is_opensfm, read_nerf, read_opensfm, read_opensfm_models
 from .text import (
     format_of_table,
     has_matrices,
@@ -43,6 +43,7 @@ class Format:
     topics: bool = False  # whether a file may hold several trajectories, by topic
     tables: bool = False  # whether it is a text table, whose columns can be named
     ordered: bool = True  # whether poses come in the order of time
+    read_models: Callable[..., dict[str, Trajectory]] | None = None  # of a file with several
 
     def options(self, topic: str | None, columns: str | None) -> dict[str, str | None]:
         """Return the options that the reader takes."""
@@ -86,6 +87,7 @@ FORMATS = {
         is_folder=has_model,
         unit="units",
         ordered=False,
+        read_models=read_colmap_models,
     ),
     "matrices": Format(
         "folders with one 4x4 matrix per file (7-Scenes, ScanNet), matched by number in the name",
@@ -112,6 +114,7 @@ FORMATS = {
         begins=is_opensfm,
         unit="units",
         ordered=False,
+        read_models=read_opensfm_models,
     ),
     "nerf": Format(
         "transforms.json, or nerfstudio's exported cameras, matched by file_path",

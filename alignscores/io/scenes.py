@@ -16,7 +16,7 @@ from .trajectory import (
     warn,
 )
 
-__all__ = ["read_nerf", "read_opensfm"]
+__all__ = ["read_nerf", "read_opensfm", "read_opensfm_models"]
 
 MAX_BYTES = 100_000_000  # of a file of JSON, whose content takes many times as much memory
 OPENGL_TO_OPENCV = np.array([1.0, -1.0, -1.0])  # the camera's y and z axes point the other way
@@ -116,18 +116,60 @@ def read_opensfm(path: FilePath) -> Trajectory:
     >>> str(names[0]), poses[0, :3, 3]
     ('a.jpg', array([-1., -2., -3.]))
     """
+    shots = _shots(path)
+    if len(shots) > 1:
+        sizes = ", ".join(str(len(images)) for images in shots)
+        warn(path, f"has {len(shots)} reconstructions, of {sizes} images; the largest one is read")
+    return _of_shots(path, max(shots, key=len))
+
+
+def read_opensfm_models(path: FilePath) -> dict[str, Trajectory]:
+    """Read all reconstructions in a file of OpenSfM.
+
+    Parameters
+    ----------
+    path : path
+        As in `read_opensfm`.
+
+    Returns
+    -------
+    dict of str to Trajectory
+        The reconstructions by their numbers, "0", "1", ..., as of `read_opensfm`.
+
+    Raises
+    ------
+    FileError
+        As in `read_opensfm`.
+
+    Examples
+    --------
+    >>> import json, pathlib, tempfile
+    >>> from alignscores.io import read_opensfm_models
+    >>> shots = {"a.jpg": {"rotation": [0, 0, 0], "translation": [1, 2, 3]}}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "reconstruction.json")
+    ...     _ = path.write_text(json.dumps([{"shots": shots}, {"shots": shots}]))
+    ...     print(read_opensfm_models(path))
+    {'0': Trajectory(1 poses, a.jpg to a.jpg), '1': Trajectory(1 poses, a.jpg to a.jpg)}
+    """
+    return {str(number): _of_shots(path, shots) for number, shots in enumerate(_shots(path))}
+
+
+def _shots(path: FilePath) -> list[dict[str, Any]]:
+    """Return the images of each reconstruction that has any, with their poses."""
     content = _content(path)
     models = content if isinstance(content, list) else [content]
     in_models = (model.get("shots") for model in models if isinstance(model, dict))
     shots = [images for images in in_models if isinstance(images, dict) and images]
     if not shots:
         raise FileError(path, "is not a reconstruction of OpenSfM: it has no shots")
-    largest = max(shots, key=len)
-    if len(shots) > 1:
-        sizes = ", ".join(str(len(images)) for images in shots)
-        warn(path, f"has {len(shots)} reconstructions, of {sizes} images; the largest one is read")
-    names, numbers = list(largest), []
-    for name, shot in largest.items():
+    return shots
+
+
+def _of_shots(path: FilePath, shots: dict[str, Any]) -> Trajectory:
+    """Return the poses of the images of a reconstruction, which are world-to-camera."""
+    names, numbers = list(shots), []
+    for name, shot in shots.items():
         try:
             numbers.append(np.array([shot["rotation"], shot["translation"]], dtype=float))
             if numbers[-1].shape != (2, 3):

@@ -45,6 +45,9 @@ class Metric:
         word is the default.
     example : str
         A name of the metric, if it has an argument.
+    sets : bool
+        Whether its function also takes several models of a scene, (m, n, 4, 4), and ``outliers``:
+        the number of images in each that the ground truth lacks.
 
     Examples
     --------
@@ -67,6 +70,7 @@ class Metric:
     argument: Callable[[str], Mapping[str, Any] | None] | None = None
     options: Mapping[str, Sequence[str]] = field(default_factory=dict)
     example: str = ""
+    sets: bool = False
 
     def __call__(self, gt_poses: Any, est_poses: Any) -> float:
         """Return the value for camera-to-world poses.

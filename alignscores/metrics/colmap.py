@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
+from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Floats
+from ..arrays import Booleans, Floats
 from ..validation import check_positive
 from .base import Metric, angle
 from .cameras import Cameras
@@ -20,7 +21,12 @@ FAILED = 180.0  # degrees
 
 
 def colmap_relative_auc(
-    gt_poses: ArrayLike, est_poses: ArrayLike, max_error_deg: float, *, accuracy: float = 1e-3
+    gt_poses: ArrayLike,
+    est_poses: ArrayLike,
+    max_error_deg: float,
+    *,
+    accuracy: float = 1e-3,
+    outliers: ArrayLike = 0,
 ) -> float:
     """Area under the recall of relative poses, as COLMAP's benchmark computes it.
 
@@ -31,14 +37,20 @@ def colmap_relative_auc(
 
     Parameters
     ----------
-    gt_poses, est_poses : (n, 4, 4) or (n, 3, 4) array_like
-        Camera-to-world poses, row i of both the same camera; the estimate in any frame. All pairs
-        of an estimate that is not finite have an error of 180 degrees.
+    gt_poses : (n, 4, 4) or (n, 3, 4) array_like
+        Camera-to-world poses.
+    est_poses : (n, 4, 4) or (n, 3, 4) array_like, or (m, n, 4, 4) or (m, n, 3, 4)
+        Row i is camera i of the ground truth; the estimate in any frame. Or m models of a scene,
+        each in a frame of its own. A pair that is in several models has an error in each; a pair
+        that is in none has one of 180 degrees, such as all pairs of a row that is not finite.
     max_error_deg : float
         Upper end t of the area; the benchmark has 0.5, 1, 5, 10.
     accuracy : float
         Accuracy of the reference in metres: 0.001 for ETH3D and BlendedMVS, 0.02 for the Image
         Matching Challenge. The same number is used in degrees: smaller errors count as equal.
+    outliers : int or (m,) array_like
+        Number of images in each model that the ground truth lacks. Each of their pairs has an error
+        of 180 degrees.
 
     Returns
     -------
@@ -47,15 +59,16 @@ def colmap_relative_auc(
 
     Notes
     -----
-    The benchmark of one reference model and one estimated model.
+    The benchmark with a ground truth of one component.
 
     No sorting: of N pairs, K have errors up to t, the last of them e, and those above `accuracy`
-    sum to S; the trapezoids are ``K t - S + (e - accuracy) / 2``, over ``N t``. O(n^2) time, O(n)
-    memory.
+    sum to S; the trapezoids are ``K t - S + (e - accuracy) / 2``, over ``N t``. O(m n^2) time,
+    O(m n) memory.
 
     References
     ----------
-    colmap/colmap, benchmark/reconstruction/evaluation/utils.py at ee667dd (2026).
+    colmap/colmap, benchmark/reconstruction/evaluation/utils.py at 5d968cf (2026), error_type
+    relative_auc.
 
     Examples
     --------
@@ -68,16 +81,38 @@ def colmap_relative_auc(
     >>> est[2, :3, :3] = Rotation.from_euler("x", 1.5, degrees=True).as_matrix()
     >>> round(colmap_relative_auc(gt, est, 3), 1)
     70.8
+    >>> models = np.stack([gt, gt])
+    >>> models[0, 2] = models[1, 0] = np.nan  # camera 1 is in both, no model has cameras 0 and 2
+    >>> round(colmap_relative_auc(gt, models, 3), 1)
+    66.7
     """
     check_positive(max_error_deg, "max_error_deg")
     check_positive(accuracy, "accuracy")
-    cameras = Cameras.check(gt_poses, est_poses)
-    n_pairs = max(len(cameras) * (len(cameras) - 1), 1)
-    return interpolated_auc(_errors(cameras, accuracy), n_pairs, max_error_deg, accuracy)
+    models = est_poses if np.ndim(est_poses) == 4 else np.asarray(est_poses)[None]
+    cameras = [Cameras.check(gt_poses, one) for one in np.asarray(models)]
+    estimated = np.array([one.estimated for one in cameras])
+    n_failed, own = _n_failed(estimated, outliers), estimated.sum(axis=1)
+    measured = (part for one in cameras for part in _errors(one, accuracy))
+    errors = chain(measured, [np.broadcast_to(FAILED, n_failed)])
+    n_pairs = n_failed + int((own * (own - 1)).sum())
+    return interpolated_auc(errors, n_pairs, max_error_deg, accuracy)
+
+
+def _n_failed(estimated: Booleans, outliers: ArrayLike) -> int:
+    """Return the number of ordered pairs without a relative pose, or with an image that is none.
+
+    ``estimated[j, i]`` tells whether model j has camera i. It is at least 1 where there is no pair.
+    """
+    n, own = estimated.shape[1], estimated.sum(axis=1)
+    together = sum(int(estimated[of].any(axis=0).sum()) - 1 for of in estimated.T if of.any())
+    registered = own + np.asarray(outliers)
+    of_outliers = registered * (registered - 1) - own * (own - 1)
+    n_failed = int(n * (n - 1) - together + of_outliers.sum())
+    return n_failed if n > 1 else max(n_failed, 1)
 
 
 def _errors(cameras: Cameras, accuracy: float) -> Iterator[Floats]:
-    """Yield the errors of all ordered pairs; there is at least one."""
+    """Yield the errors of all ordered pairs of estimated cameras."""
     for convention in ("vggt", "mapanything"):  # each pair is seen from either camera
         for block in direction_blocks(cameras, convention):
             pairs = block.pairs
@@ -87,9 +122,6 @@ def _errors(cameras: Cameras, accuracy: float) -> Iterator[Floats]:
             directions = np.degrees(np.arccos(np.clip(block.dots / lengths, -1, 1)[pairs]))
             directions[block.gt_lengths[pairs] < accuracy] = 0
             yield np.maximum(directions, block.rotation_angles()[pairs])
-    n, v = len(cameras), int(np.count_nonzero(cameras.estimated))
-    failed = n * (n - 1) - v * (v - 1) if n > 1 else 1
-    yield np.broadcast_to(FAILED, failed)
 
 
 def interpolated_auc(errors: Iterable[Floats], n: int, end: float, min_error: float) -> float:
@@ -120,6 +152,7 @@ METRICS = [
         description=f"area under the interpolated recall of relative poses, of COLMAP's {of}",
         argument=_degrees,
         example=f"auc@5:{project}",
+        sets=True,
     )
     for project, accuracy, of in (
         ("colmap", 0.001, "benchmark"),

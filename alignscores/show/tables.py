@@ -23,10 +23,11 @@ __all__ = [
     "frame",
     "latex",
     "markdown",
+    "models_of",
     "notes_of",
     "rows_of",
 ]
-__all__ += ["terms", "text", "text_of_deficits"]
+__all__ += ["terms", "text", "text_of_deficits", "text_of_models"]
 
 MIN_COLUMNS = 5
 LONGEST = 28  # characters of a name
@@ -116,6 +117,27 @@ def text(scored: Sequence[Evaluation], columns: int) -> str:
     return "\n".join([*aligned(rows), *below])
 
 
+def models_of(
+    scored: Sequence[Evaluation], longest: int = LONGEST, most: int | None = None
+) -> Rows:
+    """Return the table of the models of estimates of several, at most so many of each."""
+    rows = [["estimate", "model", "images", "coverage", "TAS", "RAS", "PAS"]]
+    for name, one in zip(_names(scored, longest), scored, strict=True):
+        for model in one.models[:most]:
+            scores = [_number(key, getattr(model, key)) for key in ("TAS", "RAS", "PAS")]
+            size = [str(model.images), f"{model.coverage:.1%}"]
+            rows.append([name, printable(model.name), *size, *scores])
+        if rest := len(one.models[most:]) if most else 0:
+            rows.append([name, f"{rest} more", *5 * [""]])
+    return rows
+
+
+def text_of_models(scored: Sequence[Evaluation], most: int | None = None) -> str:
+    """Return the table of models, for a terminal; an empty text without any."""
+    rows = models_of(scored, most=most)
+    return "\n".join(aligned(rows)) if rows[1:] else ""
+
+
 def text_of_deficits(scored: Sequence[Evaluation]) -> str:
     """Return the table of where the scores are lost, for a terminal."""
     return "\n".join(aligned(deficits_of(scored)))
@@ -134,7 +156,10 @@ def markdown(scored: Sequence[Evaluation], more_notes: Sequence[str] = ()) -> st
         index=False, disable_numparse=True, colalign=["left", *["right"] * (len(rows[0]) - 1)]
     )
     notes = [f"- {_escaped(note)}" for note in notes_of(scored, more_notes)]
-    below = map(_escaped, conditions(scored))
+    below = list(map(_escaped, conditions(scored)))
+    if (models := models_of(scored))[1:]:
+        rows = [list(map(_escaped, row)) for row in models]
+        below.append(frame(rows).to_markdown(index=False, disable_numparse=True))
     return "\n\n".join([table, *below, *(["\n".join(notes)] if notes else [])]) + "\n"
 
 

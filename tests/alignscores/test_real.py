@@ -115,3 +115,16 @@ def test_the_means_of_visual_inertial_systems_on_a_page(real):
             " / ".join(f"{frame.loc[system, name]:.3f}" for frame in frames) for name in columns
         ]
         assert f"| `vio_{system}` | {' | '.join(cells)} |" in page
+
+
+def test_a_run_that_fails_early(real, tmp_path):
+    """The numbers at the top of README.md: the ATE improves, the PAS drops; evo's ATE is in evo."""
+    folder, cut = real / "euroc/MH_03", tmp_path / "cut.txt"
+    lines = (folder / "vio_mono/0.txt").read_text().splitlines()
+    cut.write_text("\n".join(lines[: int(0.4 * len(lines))]))
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    for file, ate, pas in ((folder / "vio_mono/0.txt", 0.136, 0.623), (cut, 0.057, 0.336)):
+        found = evaluate(folder / "groundtruth.txt", file, sync="nearest")
+        assert (found.ate, found.pas) == pytest.approx((ate, pas), abs=1e-3)
+        assert f"{ate} m" in readme
+        assert f"| {pas} |" in readme

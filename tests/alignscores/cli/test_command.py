@@ -37,6 +37,10 @@ WRONG = [
     ([*TUM, "--columns", "t x y"], "columns must be x, y and z, and all of a rotation or none, e"),
     ([*TUM, "--metrics", "auc@30"], "'auc@30'; close to it are auc@30:"),
     ([*COLMAP, "--save_aligned", "x.txt"], "--save_aligned cannot write colmap files"),
+    (
+        ["bag", "run.bag", "/gt", "/odom"],
+        "topics are options here: alignscores bag run.bag run.bag",
+    ),
     (["compare"], "the following arguments are required: [FORMAT] REF EST; see alignscores comp"),
     (["compare", "sfm", "a", "b"], "give a format (tum, kitti, euroc, names, hloc, colmap, "),
     ([*COMPARE, "--save_page", "page.txt"], "argument --save_page: page.txt does not"),

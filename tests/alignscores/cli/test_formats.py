@@ -77,8 +77,8 @@ def models(examples, tmp_path):
     return models
 
 
-def test_a_folder_of_models_is_refused(run, models):
+def test_a_folder_of_models_is_no_reference(run, models):
     folder = models(range(18), range(13, 35))
-    code, _, err = run("colmap", "colmap/reference", folder)
+    code, _, err = run("colmap", folder, "colmap/estimate")
     assert code == 1
     assert err.endswith(f"sparse: holds 2 models; name one, such as {folder / '0'}\n")

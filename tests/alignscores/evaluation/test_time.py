@@ -266,3 +266,19 @@ def test_a_pose_that_a_reference_lacks_is_interpolated_by_any_clock(start):
     found = evaluate(single, truth)
     assert found.matches.unmatched == 0
     assert found.notes == []
+
+
+@pytest.mark.parametrize("name", ["t_max_diff", "max_gap", "t_offset"])
+def test_seconds_that_the_recording_has_not(name):
+    """Nanoseconds, for example. An offset may be as large as the clocks are apart."""
+    seconds = float(np.ptp(TRUTH.keys))
+    message = (
+        f"{name} is in seconds, and 5e\\+07 s are longer than the recording of {seconds:.6g} s"
+    )
+    with pytest.raises(ValueError, match=message):
+        evaluate(TRUTH, TRUTH, **{name: 5e7})
+    assert evaluate(TRUTH, TRUTH, **{name: 0.02}).pas > 0.9
+    late = TRUTH._replace(keys=TRUTH.keys - 1.7e9)
+    assert evaluate(TRUTH, late, t_offset=1.7e9).pas == 1.0
+    short = TRUTH._replace(keys=TRUTH.keys[:12], poses=TRUTH.poses[:12])
+    assert evaluate(short, short).pas == 1.0  # of 1.1 s; the default gap is 2 s
