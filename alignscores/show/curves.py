@@ -13,7 +13,18 @@ from ..evaluation.time import breaks
 from ..histogram import AlignmentScore
 from ..validation import finite_rows
 
-__all__ = ["Curve", "curve", "frames", "over_expected", "time_label", "times", "with_breaks"]
+__all__ = [
+    "BEYOND",
+    "Curve",
+    "curve",
+    "frames",
+    "over_expected",
+    "time_label",
+    "times",
+    "with_breaks",
+]
+
+BEYOND = "#1289c9"  # errors beyond the largest threshold; not a colour of the ramps
 
 
 @dataclass(frozen=True)

@@ -18,15 +18,11 @@ from ..texts import printable
 from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
 from ..validation import finite_rows
 from . import tables
-from .curves import Curve, curve, frames, over_expected, time_label, times, with_breaks
-from .document import COLOURS, LAYOUT, inert, log_range, rectangles, render, style
+from .curves import BEYOND, Curve, curve, frames, over_expected, time_label, times, with_breaks
+from .document import COLOURS, GREY, LAYOUT, RAMP, inert, log_range, rectangles, render, style
 
 __all__ = ["figures", "page_of"]
 
-# Dark to light, so that the order survives greyscale and colour blindness.
-RAMP = ["#000004", "#180c3c", "#440a68", "#6d186e", "#972766", "#c03a51", "#e15635", "#f67e14"]
-BEYOND = "#1289c9"  # not a colour of the ramp
-GREY = "#aaaaaa"
 N_PROFILE = 16  # largest thresholds at which a score is drawn
 
 

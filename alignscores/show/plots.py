@@ -25,13 +25,12 @@ from ..evaluation.evaluation import Evaluation
 from ..texts import distinct
 from ..validation import finite_rows
 from . import PLOT_MODES
-from .curves import Curve, curve, frames, over_expected, time_label, with_breaks
+from .curves import BEYOND, Curve, curve, frames, over_expected, time_label, with_breaks
 
 __all__ = ["STYLE", "figure_of", "new_figure", "picture", "score_panel"]
 
 SHADE = "#a8c4dc"
 EDGE = "#1f4e79"
-BEYOND = "#1289c9"  # errors beyond the largest threshold; not a colour of the ramp
 REFERENCE: dict[str, Any] = {"color": "0.65", "linestyle": "-"}
 OTHERS: dict[str, Any] = {
     "color": "0.4",
