@@ -130,6 +130,8 @@ def test_a_wrong_value_is_the_same_sentence_at_every_door(run, examples, name, v
     ):
         with pytest.raises(ValueError, match=re.escape(sentence)):
             door()
+    with pytest.raises(ValueError, match="metrics must be names"):
+        evaluate(*files, metrics=5)
     pattern = files[1].with_name("{system}.txt")
     for command in (["tum", *files], ["compare", files[0], pattern]):
         code, out, err = run(*command, f"--{name}", value)
