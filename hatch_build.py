@@ -1,4 +1,11 @@
-"""Compile the registration, ``alignscores/registration/kernel``, by ``$CC``, ``cc`` or Zig."""
+"""Compile the registration, ``alignscores/registration/kernel``, by ``$CC``, ``cc`` or Zig.
+
+A hook of Hatchling and not scikit-build-core or meson-python, since it can require Zig's compiler
+where there is no other, most of all on Windows; since ctypes needs one wheel a platform for all
+versions of Python, and no headers; and since an editable installation offers packages, such as
+`experiments`, that the wheel does not have. The name of the library has a hash of its sources: a
+checkout whose C files have changed asks to be compiled, instead of scoring by an old kernel.
+"""
 
 import os
 import shlex
@@ -37,8 +44,10 @@ class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
         name = f"kernel.so.{digest.hexdigest()[:16]}"
         self.folder = TemporaryDirectory()  # until the wheel is built
         library = Path(self.folder.name, name)
+        plain = library.with_name("kernel.so")  # Pyodide's compiler knows a library by its name
         try:
-            compile_kernel(folder, library)
+            compile_kernel(folder, plain)
+            plain.rename(library)
         except (OSError, ValueError, subprocess.CalledProcessError) as error:
             reason = getattr(error, "stderr", "") or error
             sys.exit(f"alignscores needs a C compiler, such as gcc, clang or CC=...: {reason}")

@@ -27,7 +27,27 @@ MARGIN = 64 * np.finfo(np.float64).eps  # of squared positions: rounding, by whi
 
 
 def tas(c: Floats, c_est: Floats, rng: Seed = 0, *, literal: bool = False) -> float:
-    """Return the Translation Alignment Score (section 3); for `literal` see `pcr99`.
+    """Return the Translation Alignment Score, TAS.
+
+    Parameters
+    ----------
+    c : (n, 3) ndarray
+        Camera centres of the ground truth, in any unit; n >= 4.
+    c_est : (n, 3) ndarray
+        Estimated centres in a frame and at a scale of their own.
+    rng : int, SeedSequence, Generator or None
+        Seed of the random triplets.
+    literal : bool
+        How three cameras on a line are registered; see `pcr99`.
+
+    Returns
+    -------
+    float
+        TAS, from 0 to 1.
+
+    References
+    ----------
+    Section 3, eq. 1 to 3.
 
     Examples
     --------
@@ -59,7 +79,23 @@ def tas(c: Floats, c_est: Floats, rng: Seed = 0, *, literal: bool = False) -> fl
 
 
 def ras(R: Floats, R_est: Floats) -> float:
-    """Return the Rotation Alignment Score (section 4).
+    """Return the Rotation Alignment Score, RAS.
+
+    Parameters
+    ----------
+    R : (n, 3, 3) ndarray
+        Camera-to-world rotations of the ground truth.
+    R_est : (n, 3, 3) ndarray
+        Estimated ones, to a world frame of their own.
+
+    Returns
+    -------
+    float
+        RAS, from 0 to 1.
+
+    References
+    ----------
+    Section 4, eq. 4.
 
     Examples
     --------
@@ -86,7 +122,36 @@ def ras(R: Floats, R_est: Floats) -> float:
 def pas(
     R: Floats, c: Floats, R_est: Floats, c_est: Floats, rng: Seed = 0, *, alpha: float = 0.5
 ) -> float:
-    """Return the Pose Alignment Score (section 5, eq. 5; the weight alpha is that of section 8)."""
+    """Return the Pose Alignment Score, PAS: the weighted mean of TAS and RAS.
+
+    Parameters
+    ----------
+    R, c, R_est, c_est : ndarray
+        See `ras` and `tas`.
+    rng : int, SeedSequence, Generator or None
+        See `tas`.
+    alpha : float
+        Weight of the TAS.
+
+    Returns
+    -------
+    float
+        PAS, from 0 to 1.
+
+    References
+    ----------
+    Section 5, eq. 5; the weight is that of section 8.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import paper
+    >>> c, R = np.random.default_rng(0).random((10, 3)), np.tile(np.eye(3), (10, 1, 1))
+    >>> R_est = R.copy()
+    >>> R_est[:5] = np.nan
+    >>> paper.pas(R, c, R_est, 2 * c), paper.pas(R, c, R_est, 2 * c, alpha=0.9)
+    (0.75, 0.95)
+    """
     return alpha * tas(c, c_est, rng) + (1 - alpha) * ras(R, R_est)
 
 
@@ -126,12 +191,49 @@ def pcr99(
     literal: bool = False,
     **_: Any,
 ) -> tuple[Similarity | None, int]:
-    """Return s, R, t with c_est = s R c + t, and the number of hypotheses: a `Registration`.
+    """Return s, R, t with c_est = s R c + t by PCR-99, and the number of hypotheses.
 
     Three cameras on a line have no normal. Their R is then the smallest rotation from line to line,
     and they must beat other triangles by more than rounding; `literal` takes the normal that is
     computed all the same, a rounding error scaled to unit length, as the authors' programs do: R is
     in general no rotation.
+
+    Parameters
+    ----------
+    c, c_est : (n, 3) ndarray
+        Finite camera centres of ground truth and estimate.
+    rank : int
+        m of the paper: the m-th smallest error is the cost of a hypothesis.
+    rng : Generator
+        Source of the random triplets.
+    n_hypotheses : int
+        Number of triplets that are tried.
+    prescreen : float
+        Largest difference between the log edge ratios of a triplet.
+    literal : bool
+        Whether R of three cameras on a line follows from rounding errors.
+    **_ : object
+        What else a `Registration` is given.
+
+    Returns
+    -------
+    alignment : Similarity or None
+        s, R and t; None if no triplet passes the prescreening.
+    n_used : int
+        Number of hypotheses.
+
+    References
+    ----------
+    Section 3, step 2, eq. 2.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import paper
+    >>> c = np.random.default_rng(0).random((30, 3))
+    >>> alignment, n_used = paper.pcr99(c, 2 * c, rank=4, rng=np.random.default_rng(1))
+    >>> round(alignment.scale, 6), n_used
+    (2.0, 1000)
     """
     with np.errstate(all="ignore"):  # NaN and infinity never win
         # Steps 2a, 2b: random triplets, of which the first 1000 that pass the prescreening count.
@@ -153,7 +255,28 @@ def pcr99(
 
 
 def literal_frames(*positions: Floats, **settings: Any) -> tuple[Similarity | None, int]:
-    """Register by PCR-99 with literal frames; for ``alignscores.tas(..., registration=)``."""
+    """Register by PCR-99 with literal frames; for ``alignscores.tas(..., registration=)``.
+
+    Parameters
+    ----------
+    *positions : (n, 3) ndarray
+        Finite camera centres of ground truth and estimate.
+    **settings : object
+        See `pcr99`.
+
+    Returns
+    -------
+    tuple of Similarity or None, and int
+        See `pcr99`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import paper, tas
+    >>> line = np.arange(30)[:, None] * [1.0, 2.0, 3.0]
+    >>> tas(line, 2 * line, registration=paper.literal_frames).registration
+    'literal_frames'
+    """
     return pcr99(*positions, literal=True, **settings)
 
 

@@ -32,7 +32,7 @@ def first_few(texts: Sequence[str]) -> str:
 
 
 def alike(notes: Iterable[tuple[str, str]]) -> list[str]:
-    """Return each note after its name; notes that differ in numbers alone share a line."""
+    """Return each note after its name; notes that differ only in numbers share a line."""
     lines: dict[str, list[str]] = {}
     for name, note in notes:
         line = f"{name}: {note}" if name else note
@@ -74,11 +74,11 @@ def distinct(names: Sequence[str], width: int) -> list[str]:
     n_begin = spare - len(end)
     begin = begin if len(begin) <= n_begin else f"…{begin[len(begin) - n_begin + 1 :]}"
     short = [f"{begin}{shortened(core, width - len(begin) - len(end))}{end}" for core in cores]
-    for one in {one for one in short if short.count(one) > 1}:
-        equal = [index for index, own in enumerate(short) if own == one]
+    for repeated in {name for name in short if short.count(name) > 1}:
+        equal = [index for index, name in enumerate(short) if name == repeated]
         if len(equal) < len(names):
-            own = distinct([names[index] for index in equal], width)
-            short = [own[equal.index(k)] if k in equal else s for k, s in enumerate(short)]
+            longer = distinct([names[index] for index in equal], width)
+            short = [longer[equal.index(k)] if k in equal else s for k, s in enumerate(short)]
     return short
 
 

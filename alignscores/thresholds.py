@@ -65,7 +65,7 @@ class ScoreProfile:
         Number of equally spaced thresholds up to the largest.
     n_fitted : int
         Number of cameras that an alignment fits exactly, whatever the estimate. The unit of a
-        score that these reach alone is NaN.
+        score that only these reach is NaN.
 
     Examples
     --------

@@ -95,7 +95,7 @@ class PoseAlignmentScore(torchmetrics.Metric):  # type: ignore[misc]  # without 
             By name: PAS, TAS, RAS and the metrics.
         """
         values = torchmetrics.utilities.dim_zero_cat(self.values).unbind(dim=1)
-        return {name: one.nanmean() for name, one in zip(self.names, values, strict=True)}
+        return {name: value.nanmean() for name, value in zip(self.names, values, strict=True)}
 
     def _scored(self, gt: Any, est: Any, mask: Any) -> list[float]:
         """Return PAS, TAS, RAS and the metrics of a scene; NaN where one has no value."""

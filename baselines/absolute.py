@@ -36,7 +36,7 @@ def ate(gt_positions: ArrayLike, est_positions: ArrayLike) -> float | Floats:
 
     Notes
     -----
-    The alignment is evo's, and the value that of ``evo_ape --align --correct_scale``. evo refuses
+    Alignment and value are evo's (``evo_ape --align --correct_scale``). evo refuses
     collinear cameras on an axis of the frame, an estimate that is one point, and clouds whose
     covariance is below 2e-16, since its test of the rank is absolute. The rotation is not unique
     there, but the RMSE is: ``alignscores.similarity.least_squares_rmse`` computes it, as for

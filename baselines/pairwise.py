@@ -67,8 +67,8 @@ def maa(
     Notes
     -----
     A pair whose direction is undefined, since its true or its estimated positions coincide, fails;
-    if pooled, its direction alone does. The order of the cameras matters, if little: rotation
-    errors enter the direction through the first camera of a pair alone. O(n^2) time, O(n) memory.
+    if pooled, only its direction does. The order of the cameras matters, if little: rotation
+    errors enter the direction only through the first camera of a pair. O(n^2) time, O(n) memory.
 
     References
     ----------

@@ -71,7 +71,9 @@ def compare(options: argparse.Namespace) -> int:
             if process.returncode:  # it has printed why
                 return process.returncode
             tables.append(pd.read_csv(BytesIO(process.stdout), sep=r" \| ", engine="python"))
-    ours, other = (pd.concat(one).groupby("milliseconds", sort=False).median() for one in runs)
+    ours, other = (
+        pd.concat(tables).groupby("milliseconds", sort=False).median() for tables in runs
+    )
     print("milliseconds", *ours, sep=" | ")
     for name in ours.index:
         pairs = zip(ours.loc[name].tolist(), other.loc[name].tolist(), strict=True)
@@ -93,7 +95,10 @@ def draw(n_scenes: int, n_cameras: int) -> tuple[Floats, Floats]:
         )
         for seed in range(n_scenes)
     ]
-    return np.array([one.gt_poses for one in scenes]), np.array([one.est_poses for one in scenes])
+    return (
+        np.array([scene.gt_poses for scene in scenes]),
+        np.array([scene.est_poses for scene in scenes]),
+    )
 
 
 def contenders(gt: Floats, est: Floats) -> dict[str, Callable[[], object]]:

@@ -119,7 +119,7 @@ def _differences(table: pd.DataFrame, path: Path) -> Iterator[str]:
         yield f"{table.shape} rows and columns, published {published.shape}"
         return
     names = table["id"] if "id" in table else [f"row {n + 1}" for n in range(len(table))]
-    found: dict[int, list[str]] = {}
+    differences: dict[int, list[str]] = {}
     for column in table:
         ours, theirs = table[column], published[column]
         if pd.api.types.is_numeric_dtype(ours) and pd.api.types.is_numeric_dtype(theirs):
@@ -128,8 +128,8 @@ def _differences(table: pd.DataFrame, path: Path) -> Iterator[str]:
             same = (ours == theirs) | (ours.isna() & theirs.isna())
         for row in np.flatnonzero(~np.asarray(same)).tolist():
             text = f"{column} is {ours[row]}, published {theirs[row]}"
-            found.setdefault(row, []).append(text)
-    for index, texts in sorted(found.items()):
+            differences.setdefault(row, []).append(text)
+    for index, texts in sorted(differences.items()):
         yield f"{names[index]}, {', '.join(texts)}"
 
 

@@ -52,8 +52,8 @@ def _wrong(details: Mapping[str, Any]) -> str:
         case "dict_type" | "model_type" | "dataclass_type":
             return f"needs key: value, not {brief(details['input'])}"
         case "too_short":
-            least = details["ctx"]["min_length"]
-            return f"needs {least} or more entries, not {brief(details['input'])}"
+            minimum = details["ctx"]["min_length"]
+            return f"needs {minimum} or more entries, not {brief(details['input'])}"
         case "value_error":  # raised by our own checks, which name the value
             return str(details["ctx"]["error"])
     return f"{details['msg'].removeprefix('Input ')}, not {brief(details['input'])}"

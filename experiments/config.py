@@ -138,10 +138,13 @@ class Sweep(MetricOptions):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        most, fewest = max(self.n_outliers), min(self.n_cameras)
-        require(most <= fewest, f"'n_outliers' has {most}, more than the {fewest} cameras")
+        n_outliers, n_cameras = max(self.n_outliers), min(self.n_cameras)
         require(
-            self.outliers == "uniform" or most <= fewest - 4,
+            n_outliers <= n_cameras,
+            f"'n_outliers' has {n_outliers}, more than the {n_cameras} cameras",
+        )
+        require(
+            self.outliers == "uniform" or n_outliers <= n_cameras - 4,
             f"'n_outliers' must leave at least 4 inliers with outliers={self.outliers}",
         )
         require(
@@ -149,12 +152,12 @@ class Sweep(MetricOptions):
             "'noise' is paired, so sigma_t and sigma_r_deg need the same number of levels",
         )
         require(
-            fewest >= 4 * self.every,
-            f"'every' leaves fewer than 4 of the {fewest} cameras",
+            n_cameras >= 4 * self.every,
+            f"'every' leaves fewer than 4 of the {n_cameras} cameras",
         )
         require(
             self.volume_per_camera is None or self.geometry == "cube",
-            "'volume_per_camera' applies to the cube alone",
+            "'volume_per_camera' applies only to the cube",
         )
         return self
 
@@ -315,14 +318,14 @@ def split_override(override: str) -> tuple[str, str]:
     return key, value
 
 
-def read_yaml(path: Path, kind: type[T]) -> T:
-    """Read a file of YAML as what its type says: all keys, no others, of their types."""
+def read_yaml(path: Path, schema: type[T]) -> T:
+    """Read a YAML file, and check its keys and their types."""
     try:
         content = load_yaml(path)
     except ValueError as error:
         raise ConfigError(f"{path}: {error}") from None
     try:
-        return TypeAdapter(kind).validate_python({} if content is None else content)
+        return TypeAdapter(schema).validate_python({} if content is None else content)
     except ValidationError as error:
         reasons = "; ".join(" ".join(problem).strip() for problem in problems(error)[:SHOWN])
         raise ConfigError(f"{path}: {reasons}") from None

@@ -51,4 +51,4 @@ def evaluations(sweep: Sweep) -> dict[Cell, list[str]]:
 
 CELL_SETTINGS = tuple(setting.name for setting in fields(Cell))
 KEY_COLUMNS = ("experiment", "geometry", *CELL_SETTINGS, "replicate", "trial")
-"""The first columns of a table of trials: they tell which trial a row is."""
+"""The first columns of a table of trials, which identify the trial."""

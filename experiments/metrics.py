@@ -150,8 +150,8 @@ def evaluate_scenes(
     """Evaluate metrics on scenes, each registered with its own seed: a value a scene for each.
 
     Cameras that are missing in the estimate count as failures in TAS, RAS, PAS and mAA. ATE, DTE,
-    DRE and the rotation statistics have no value for them and are evaluated on the other cameras
-    alone, as is usual: losing bad cameras improves them. For other projects' metrics see
+    DRE and the rotation statistics have no value for them and are evaluated only on the other
+    cameras, as is usual: losing bad cameras improves them. For other projects' metrics see
     docs/reference/metrics.md; NaN where one has no value.
     """
     trials = Trials(scenes, seeds, metrics, settings or MetricOptions())
@@ -205,10 +205,10 @@ def _tas(
     """Score the position errors, computed once for all columns that are registered alike."""
     units = _d(trials, quantile=quantile, interpolated=interpolated)
     register = _registration(registration, prescreen, order)
-    # PCR-99 knows nothing of unit and thresholds, whatever they are.
-    known = (max_threshold, quantile, interpolated) if registration == "refined" else ()
+    # PCR-99 does not depend on the unit and the thresholds.
+    thresholds = (max_threshold, quantile, interpolated) if registration == "refined" else ()
     errors = trials.share(
-        ("position errors", registration, n_hypotheses, prescreen, order, *known),
+        ("position errors", registration, n_hypotheses, prescreen, order, *thresholds),
         lambda: [
             tas(
                 scene.gt_positions,
@@ -243,8 +243,9 @@ def _pas(
     registration: RegistrationName | None = None,  # by default the TAS's
     interpolated: bool | None = None,
 ) -> Floats:
-    own = {"registration": registration, "interpolated": interpolated}
-    of_tas = trials.settings.tas | {key: value for key, value in own.items() if value is not None}
+    options = {"registration": registration, "interpolated": interpolated}
+    chosen = {key: value for key, value in options.items() if value is not None}
+    of_tas = trials.settings.tas | chosen
     return weight * _tas(trials, **of_tas) + (1 - weight) * _ras(trials, **trials.settings.ras)
 
 
@@ -264,7 +265,7 @@ def _half_distance(
 def _half_angle(trials: Trials, *, score: Share = 0.5) -> list[float]:
     """Return the smallest ranges of thresholds at which the RAS reaches a score."""
     errors = map(np.sort, _rotation_errors(trials))
-    return [smallest_unit(one, score, N_THRESHOLDS) for one in errors]
+    return [smallest_unit(angles, score, N_THRESHOLDS) for angles in errors]
 
 
 def _dre(trials: Trials) -> Floats:
@@ -289,7 +290,7 @@ def _d(trials: Trials, *, quantile: Share = 0.75, interpolated: bool = False) ->
         return np.array(d)
     read = np.quantile if interpolated else _order_statistic
     distances = trials.share("closest pairs", lambda: list(map(_closest_pairs, positions)))
-    return np.array([read(one, quantile) for one in distances])
+    return np.array([read(closest, quantile) for closest in distances])
 
 
 def _closest_pairs(positions: Floats) -> Floats:
@@ -399,7 +400,7 @@ class _Options(BaseModel):
         values = dict(self)
         of_pcr99 = values.get("prescreen", 0.1), values.get("order", 0.1)
         if values.get("registration") in ("refined", "literal_frames") and of_pcr99 != (0.1, 0.1):
-            raise ValueError("prescreen and order can be set for pcr99 alone")
+            raise ValueError("prescreen and order can be set only for pcr99")
         return self
 
 
@@ -409,9 +410,9 @@ def _model(function: Callable[..., Any]) -> type[_Options]:
     if isinstance(function, partial):  # which has set them
         return _Options
     fields: dict[str, Any] = {
-        one.name: (one.annotation, one.default)
-        for one in signature(function).parameters.values()
-        if one.kind is Parameter.KEYWORD_ONLY
+        option.name: (option.annotation, option.default)
+        for option in signature(function).parameters.values()
+        if option.kind is Parameter.KEYWORD_ONLY
     }
     return create_model("Options", __base__=_Options, **fields)
 
@@ -481,12 +482,12 @@ def metric(column: str) -> Metric:
         entry = find(name, [*METRICS.values(), *library.METRICS])
     except ValueError as error:
         raise ConfigError(str(error)) from None
-    known = _model(entry.function).model_fields if METRICS.get(entry.name) is entry else {}
+    allowed = _model(entry.function).model_fields if METRICS.get(entry.name) is entry else {}
     for key in options:
-        if key not in known:
-            choice = ", ".join(known) or "none"
+        if key not in allowed:
+            choice = ", ".join(allowed) or "none"
             raise ConfigError(f"metric {column!r} has no option {key!r}; the options are {choice}")
-    if known:
+    if allowed:
         try:
             _checked(entry.function, options)
         except ValidationError as error:

@@ -27,7 +27,7 @@ BATCH = 50  # trials that are held in memory
 def trial_seeds(sweep: Sweep, cell: Cell, trial: int) -> list[np.random.SeedSequence]:
     """Return the seeds of the cameras and of the registration of one trial.
 
-    They depend on the experiment's name, the cell's own values, the replicate and the trial alone:
+    They depend on the experiment's name, the values of the cell, the replicate and the trial:
     not on the rest of the grid, nor on the order or the process in which trials run.
     """
     key = (crc32(sweep.name.encode()), crc32(repr(cell).encode()), sweep.replicate, trial)

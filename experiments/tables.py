@@ -74,7 +74,7 @@ class Trials:
 
     @property
     def sweep(self) -> Sweep:
-        """The settings of a table of one sweep, or of the first."""
+        """The settings of the first sweep, usually the only one."""
         return self.record.sweeps[0]
 
 
@@ -94,7 +94,7 @@ def to_csv(table: pd.DataFrame) -> bytes:
 
 
 def refuse_to_replace(path: Path) -> None:
-    """Refuse the name of a table that exists, or whose record does; create its folder."""
+    """Create the folder of a table; raise if the table or its record exists."""
     for file in (path, path.with_suffix(".json")):
         if os.path.lexists(file):
             raise CommandError(f"{file} exists, and is not replaced; name another file")

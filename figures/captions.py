@@ -1,4 +1,4 @@
-"""The percentages in the captions of the paper, next to those of the trials of the same figures.
+"""The percentages in the captions of the paper, next to ours.
 
 ``python -m figures.captions TRIALS.csv ... --output captions.csv captions.md``
 """
@@ -30,7 +30,7 @@ CAPTIONS = (  # figure, experiment, comparison, and the paper's percentage for e
 CELL = ["n_cameras", "n_outliers", "sigma_t", "sigma_r_deg"]
 NOTE = """\
 Change of the range (largest minus smallest value) of a metric, in %. The paper does not say which
-range: `all_trials` is that of all single trials, `means` that of the means of the trials of each
+range: `all_trials` is the range of all single trials, `means` the range of their means for each
 combination of settings. `snakemake claims` says how far they scatter from study to study.
 """
 

@@ -137,15 +137,15 @@ def draw_block(
     for axes in panels[len(metrics) :]:
         axes.remove()
     labels = [write(series, value) for value in values]
-    room = part.bbox.width / part.get_dpi() / 0.053 - 2  # in characters
-    fits = sum(len(label) + 3.6 for label in labels) <= room
+    n_characters = part.bbox.width / part.get_dpi() / 0.053 - 2
+    fits = sum(len(label) + 3.6 for label in labels) <= n_characters
     part.legend(
         [Patch(color=colour) for colour in style.colours(series, len(values))],
         labels,
         loc="outside upper left",
         alignment="left",
         title=f"{title}: {NAMES[series]}" if title else NAMES[series],
-        ncols=len(labels) if fits else max(1, int(room / (3.6 + max(map(len, labels))))),
+        ncols=len(labels) if fits else max(1, int(n_characters / (3.6 + max(map(len, labels))))),
         handlelength=0.9,
         columnspacing=1.0,
     )
@@ -193,10 +193,10 @@ def draw_panel(
 
 def describe(axes: Axes, metric: str, mean: Floats, smallest: float, largest: float) -> None:
     """Name a metric and scale its axis: from 0 to 1 for scores, so that their ranges compare."""
-    known = _known(metric)
-    is_score, unit = (known.larger_is_better, known.unit) if known else (False, "")
-    least, most = np.fmin.reduce(mean, axis=None), np.fmax.reduce(mean, axis=None)
-    is_log = bool(not is_score and smallest > 0 and most > LOG * least)
+    entry = _entry(metric)
+    is_score, unit = (entry.larger_is_better, entry.unit) if entry else (False, "")
+    lowest, highest = np.fmin.reduce(mean, axis=None), np.fmax.reduce(mean, axis=None)
+    is_log = bool(not is_score and smallest > 0 and highest > LOG * lowest)
     if is_log:
         axes.set(yscale="log", ylim=(smallest / 1.3, largest * 1.2))
         axes.yaxis.set_major_locator(LogLocator(numticks=6))
@@ -206,7 +206,7 @@ def describe(axes: Axes, metric: str, mean: Floats, smallest: float, largest: fl
         axes.set_ylim(min(0, smallest), top)
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_formatter("{x:g}°" if unit == "deg" else "{x:g}")
-    arrow = "" if known is None else " ↑" if is_score else " ↓"
+    arrow = "" if entry is None else " ↑" if is_score else " ↓"
     name, _, options = metric.partition("(")
     axes.set_title("\n".join([name + arrow, *options.removesuffix(")").split(", ")]).strip())
     remarks = (["units"] if unit == "units" else []) + (["log scale"] if is_log else [])
@@ -214,7 +214,7 @@ def describe(axes: Axes, metric: str, mean: Floats, smallest: float, largest: fl
     remark.set(fontsize=style.SMALL, color=style.FAINT)
 
 
-def _known(metric: str) -> Metric | None:
+def _entry(metric: str) -> Metric | None:
     try:
         return find(metric)
     except ConfigError:

@@ -113,7 +113,7 @@ def draw_cells(axes: Axes, shares: Floats, texts: Sequence[Sequence[str]], size:
 
 
 def as_rows(axes: Axes) -> None:
-    """Guide the eye up and down, where each row is a thing of its own with a name at the left."""
+    """Draw vertical grid lines only: each row has its name at the left."""
     axes.grid(visible=True, axis="x")
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)

@@ -46,7 +46,9 @@ def write_answers(
     """Write the tables and texts that a study returns."""
     if len(answers) != len(paths):
         raise CommandError(f"{name} writes {len(answers)} files, not {len(paths)}")
-    contents = [one.encode() if isinstance(one, str) else to_csv(one) for one in answers]
+    contents = [
+        answer.encode() if isinstance(answer, str) else to_csv(answer) for answer in answers
+    ]
     return write_files(dict(zip(paths, contents, strict=True)))
 
 

@@ -31,7 +31,7 @@ SCENARIOS = Path(__file__).with_name("beyond.yaml")
 
 def _table_name(name: str) -> str:
     fits = re.fullmatch(r"[A-Za-z0-9_]+", name) is not None
-    require(fits, "may have letters, digits and underscores alone")
+    require(fits, "may have only letters, digits and underscores")
     return name
 
 
@@ -59,9 +59,9 @@ def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     path = Path(others.pop("scenarios", SCENARIOS))
     shared, file = read_yaml(SCENARIOS, _File), read_yaml(path, _File)
     tables = {}
-    for scenario, own in file.scenarios.items():
+    for scenario, changes in file.scenarios.items():
         name = f"{study_name(path)}/{scenario}"
-        table = {**shared.settings, **file.settings, **own, "name": name, **others}
+        table = {**shared.settings, **file.settings, **changes, "name": name, **others}
         with naming(f"{path}: scenarios.{scenario}: "):
             _check(load_sweep(to_overrides(table)))
         tables[scenario] = table

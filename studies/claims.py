@@ -51,11 +51,13 @@ def replicates(
     """Return the sweeps of replicate studies, those that the claims need."""
     reject(dict(map(split_override, overrides)), FIXED, "the claims decide what is run")
     needed = {number: list(claims.needed(number)) for number in numbers}
-    different = {len(own): own for own in needed.values()}  # the first ones have more readings
-    planned = {n: plan(own, overrides) for n, own in different.items()}
+    different = {
+        len(claims_of_study): claims_of_study for claims_of_study in needed.values()
+    }  # the first ones have more readings
+    planned = {n: plan(claims_of_study, overrides) for n, claims_of_study in different.items()}
     return [
-        tuple(replace(sweep, replicate=number) for sweep in planned[len(own)])
-        for number, own in needed.items()
+        tuple(replace(sweep, replicate=number) for sweep in planned[len(claims_of_study)])
+        for number, claims_of_study in needed.items()
     ]
 
 
@@ -72,7 +74,9 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
         wanted += [selection for selection in _selections(claim) if selection not in wanted]
     sweeps = []
     for (_, settings), (sweep, wanted) in selections_of.items():
-        metrics = list(dict.fromkeys(metric for one in wanted for metric in one.metrics))
+        metrics = list(
+            dict.fromkeys(metric for selection in wanted for metric in selection.metrics)
+        )
         changes = " ".join(settings)
         sweeps.append(replace(sweep, changes=changes, metrics=metrics, selections=wanted))
     return sweeps
@@ -96,12 +100,12 @@ def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
                     f"claim {claim.id!r} needs trials of {sweep.name} with {key} {missing[0]:g}, "
                     "which these settings leave out"
                 )
-    least = claim.rule.least_levels
+    n_levels = claim.rule.least_levels
     for key in claim.level:
         levels = _levels(needed, key)
-        if len(levels) < least:
+        if len(levels) < n_levels:
             raise ConfigError(
-                f"claim {claim.id!r} compares levels of {key}, at least {least} of them, and these "
+                f"claim {claim.id!r} compares levels of {key}, at least {n_levels}, and these "
                 f"settings of {sweep.name} have {len(levels)}"
             )
     return needed
@@ -231,9 +235,9 @@ def decide(
     ]
     values: list[list[float]] = [[] for _ in wanted]
     for number, evaluated in enumerate(Parallel(n_jobs)(starmap(delayed(_evaluate), tasks))):
-        deciding = [own for own, (_, n) in zip(values, wanted, strict=True) if number < n]
-        for own, value in zip(deciding, evaluated, strict=True):
-            own.append(value)
+        deciding = [column for column, (_, n) in zip(values, wanted, strict=True) if number < n]
+        for column, value in zip(deciding, evaluated, strict=True):
+            column.append(value)
     arrays = iter(map(np.array, values))
     original_values = [next(arrays) for _ in originals]
 

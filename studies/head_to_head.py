@@ -32,10 +32,10 @@ COMPARED = {  # with a metric of the paper, on the same trials
 def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the paper's experiments once more, for the metrics that it does not have."""
     tables = {}
-    for name, own in paper_experiments(settings).items():
-        evaluated = load_experiment(to_overrides(own)).metrics
+    for name, experiment in paper_experiments(settings).items():
+        evaluated = load_experiment(to_overrides(experiment)).metrics
         if metrics := [other for metric in evaluated for other in COMPARED.get(metric, ())]:
-            tables[name] = {**own, "metrics": metrics}
+            tables[name] = {**experiment, "metrics": metrics}
     return tables
 
 
@@ -98,7 +98,7 @@ def compare_orders(experiments: Mapping[str, Trials]) -> pd.DataFrame:
 
 
 def _is_the_noise(level: str, trials: pd.DataFrame) -> bool:
-    """Whether rotation noise is the noise, or rises with it."""
+    """Return whether rotation noise is the noise, or rises with it."""
     pairs = trials[["sigma_t", "sigma_r_deg"]].drop_duplicates()
     return level == "rotation noise" and len(pairs) == trials["sigma_r_deg"].nunique()
 
@@ -107,7 +107,7 @@ def _ranked(trials: Trials, setting: str) -> list[dict[str, object]]:
     """Return a row for each metric, the best first."""
     task = order.within(trials.table, setting)
     shares = {metric: task.shares(metric) for metric in trials.sweep.metrics}
-    estimates = {metric: order.estimate(own) for metric, own in shares.items()}
+    estimates = {metric: order.estimate(share) for metric, share in shares.items()}
     ranking = sorted(estimates, key=lambda metric: -estimates[metric].probability)
     best = ranking[0]
     rows = []
@@ -120,10 +120,10 @@ def _ranked(trials: Trials, setting: str) -> list[dict[str, object]]:
             row |= {"difference": 100 * difference.probability, "p": difference.p_value}
         by_outliers = _apart(trials.table, setting, metric, "n_outliers")
         by_cameras = _apart(trials.table, setting, metric, "n_cameras")
-        needed = [order.needed(one) for one in by_outliers.values() or [estimates[metric]]]
+        needed = [order.needed(level) for level in by_outliers.values() or [estimates[metric]]]
         row |= {"trials": sum(needed) / len(needed)}
-        row |= {f"at {n} outliers": 100 * one.probability for n, one in by_outliers.items()}
-        row |= {f"at {n} cameras": 100 * one.probability for n, one in by_cameras.items()}
+        row |= {f"at {n} outliers": 100 * level.probability for n, level in by_outliers.items()}
+        row |= {f"at {n} cameras": 100 * level.probability for n, level in by_cameras.items()}
         rows.append(row)
     return rows
 

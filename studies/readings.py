@@ -47,8 +47,8 @@ CELLS = [  # that the two captions of each experiment compare
 def plan(settings: Sequence[str] = (), studies: int = STUDIES) -> dict[str, list[Sweep]]:
     """Return the sweeps of all studies of each reading."""
     plans = {}
-    for name, (experiment, own) in READINGS.items():
-        sweep = load_experiment([f"experiment={experiment}", *own, *settings])
+    for name, (experiment, changes) in READINGS.items():
+        sweep = load_experiment([f"experiment={experiment}", *changes, *settings])
         sweep = replace(sweep, metrics=["PAS"], selections=CELLS)
         plans[name] = [replace(sweep, replicate=number) for number in range(studies)]
     return plans
@@ -70,7 +70,7 @@ def answer(trials: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
                 continue
             levels: list[Mapping[str, Sequence[float]]] = [{setting: [before]}, {setting: [after]}]
             changes = pd.Series(
-                [range_change(one, "PAS", *levels) for _, one in table.groupby("replicate")]
+                [range_change(study, "PAS", *levels) for _, study in table.groupby("replicate")]
             )
             row = {"reading": name, "comparison": comparison, "paper": metrics["PAS"]}
             row |= {"mean": changes.mean(), "sd": changes.std()}

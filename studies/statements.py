@@ -177,7 +177,7 @@ class Reading:
         return replace(claim, **values)
 
     def _of(self, metric: str) -> str:
-        """Return the metric that this reading has for one, which keeps options of its own."""
+        """Return the metric under this reading, with its options."""
         name, options = split_options(metric)
         if name not in self.metrics:
             return metric
@@ -206,7 +206,7 @@ class Criterion:
     others: Annotated[list[float], Field(min_length=1)]
 
     def replace(self, claim: Claim, other: float) -> Claim:
-        """Return a claim by another bound; the same, where it has not this one."""
+        """Return the claim with another bound, unchanged if its bound is a different one."""
         relation, number = claim.bound
         is_of_it = claim.criterion is not None and number == self.bound
         return replace(claim, criterion=f"{relation} {other:g}") if is_of_it else claim
@@ -253,7 +253,7 @@ class Claims:
                 yield from claims.values()
 
     def read(self) -> Iterator[tuple[Decision, Reading, dict[str, Claim]]]:
-        """All readings but those taken, with the claims that they change, by their names."""
+        """All readings but the chosen ones, with the claims that they change, by their names."""
         for decision in self.decisions:
             for reading in decision.readings[1:]:
                 yield decision, reading, self.under(decision, reading)

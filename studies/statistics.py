@@ -72,7 +72,7 @@ def powers(trials: pd.DataFrame, metric: str, level: Sequence[str]) -> list[floa
 
 
 def power(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
-    """Discerning power: what is taken of `powers`."""
+    """Return the discerning power: a summary of `powers`."""
     return float(SUMMARIES[take](powers(trials, metric, level)))
 
 

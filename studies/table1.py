@@ -28,7 +28,7 @@ PAPER = {  # rows of table 1: scale unnecessary, outliers, collinearity, traject
     "RAS": (True, True, True, True),
     "PAS": (True, True, True, True),
 }
-ROWS = {  # of metrics that share one: its yes is claimed of each, its no of one at least
+ROWS = {  # shared by metrics: a yes is claimed of each, a no of at least one
     **dict.fromkeys(("DTE", "DRE"), "DTE & DRE"),
     **dict.fromkeys(("TAS", "RAS", "PAS"), "TAS, RAS & PAS"),
 }
@@ -48,10 +48,10 @@ CRITERIA = (
     "over all noise levels too, mean over these",
 )
 NOTES = (
-    f"The paper has one row for {ROWS['DTE']} and one for {ROWS['TAS']}. Its yes is claimed of "
-    "each of them, its no of one at least.",
-    "On a line the paper's yes for ATE and DTE holds without outliers alone: in its Figure 3, as "
-    "here, a single one blinds both.",
+    f"The paper has one row for {ROWS['DTE']} and one for {ROWS['TAS']}. A yes is claimed of "
+    "each metric, a no of at least one.",
+    "On a line the paper's yes for ATE and DTE holds only without outliers: in its Figure 3, as "
+    "here, a single one makes both flat.",
 )
 CAPTION = (
     "The paper's four rows, then each metric. **Bold**: not as in the paper's Table 1. In brackets "
@@ -87,7 +87,11 @@ def compare(experiments: Mapping[str, Trials]) -> pd.DataFrame:
         it), the `statistic` with its `value`, the `criterion` and the `experiment`. Where nothing
         could tell, `ours` is "not tested".
     """
-    trials = {name: _checked(one) for name, one in experiments.items() if name != SCALE_EXPERIMENT}
+    trials = {
+        name: _checked(experiment)
+        for name, experiment in experiments.items()
+        if name != SCALE_EXPERIMENT
+    }
     added = _run_added(experiments[LENGTHS[1]].sweep)
     scale_changes = _scale_changes(experiments[SCALE_EXPERIMENT].sweep)
     rows = []
@@ -169,7 +173,7 @@ def _scale_changes(sweep: Sweep) -> dict[str, float]:
     scene_seeds, seeds = zip(*(trial_seeds(sweep, cell, 0) for cell in grid), strict=True)
     scenes = [draw_scene(sweep, *drawn) for drawn in zip(grid, scene_seeds, strict=True)]
     scaled = [replace(scene, gt_positions=SCALE * scene.gt_positions) for scene in scenes]
-    before, after = (evaluate_scenes(one, seeds, list(PAPER)) for one in (scenes, scaled))
+    before, after = (evaluate_scenes(variant, seeds, list(PAPER)) for variant in (scenes, scaled))
     changes = {metric: np.abs(after[metric] - values) for metric, values in before.items()}
     for metric, change in changes.items():
         np.divide(change, np.abs(before[metric]), out=change, where=change > 0)
@@ -186,8 +190,10 @@ def _scale(change: float) -> Finding:
 
 
 def _outliers(trials: pd.DataFrame, metric: str) -> Finding:
-    few = trials[trials["n_outliers"].between(1, OUTLIER_SHARE * trials["n_cameras"].min())]
-    tau = power(few, metric, _noise(trials), "smallest")
+    with_outliers = trials[
+        trials["n_outliers"].between(1, OUTLIER_SHARE * trials["n_cameras"].min())
+    ]
+    tau = power(with_outliers, metric, _noise(trials), "smallest")
     return _finding(tau >= LEAST_POWER, tau, f"smallest tau with 1 to {OUTLIER_SHARE:.0%} outliers")
 
 

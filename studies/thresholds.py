@@ -94,11 +94,13 @@ def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     file = read_yaml(AXES, _File)
     reject(settings, FIXED, "the study decides it")
     others = {key: value for key, value in settings.items() if key not in file.axes}
-    axes = [Axis.of(name, one, settings.get(name, one.values)) for name, one in file.axes.items()]
+    axes = [
+        Axis.of(name, entry, settings.get(name, entry.values)) for name, entry in file.axes.items()
+    ]
     metrics = list(dict.fromkeys(metric for axis in axes for metric in axis.columns.values()))
     tables = {}
-    for name, own in file.trials.items():
-        tables[name] = {**own, "metrics": metrics, **others}
+    for name, experiment in file.trials.items():
+        tables[name] = {**experiment, "metrics": metrics, **others}
         load_sweep(to_overrides(tables[name]))  # a wrong setting ends here
     return tables
 
@@ -108,12 +110,12 @@ def axes_of(metrics: Iterable[str]) -> list[Axis]:
     columns = list(map(split_options, metrics))
     axes = []
     for name, entry in read_yaml(AXES, _File).axes.items():
-        own = [
+        values = [
             options[entry.option]
             for metric, options in columns
             if metric == entry.metric and list(options) == [entry.option]
         ]
-        axes.append(Axis.of(name, entry, own))
+        axes.append(Axis.of(name, entry, values))
     return axes
 
 

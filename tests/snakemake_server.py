@@ -23,7 +23,7 @@ Run = Callable[[Sequence[str], Path, Path], int | None]
 def home(folder):
     """Return the variables that make a folder the home: Snakemake needs one it can write to."""
     kinds = {"XDG_CACHE_HOME": "cache", "XDG_CONFIG_HOME": "config", "XDG_DATA_HOME": "data"}
-    return {"HOME": str(folder), **{name: str(folder / kind) for name, kind in kinds.items()}}
+    return {"HOME": str(folder), **{name: str(folder / purpose) for name, purpose in kinds.items()}}
 
 
 def run_snakemake(arguments, folder, log):

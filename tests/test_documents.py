@@ -1,9 +1,12 @@
-"""What the documents say of the project and of each other."""
+"""What the documents say of the project and of each other, and the data of their examples."""
 
 import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -47,3 +50,14 @@ def test_one_version_and_one_licence():
     assert citation["version"] == alignscores.__version__
     assert project["license"] == citation["license"] == "BSD-3-Clause"
     assert (ROOT / "LICENSE").read_text().startswith("BSD 3-Clause License")
+
+
+def test_the_flight_is_what_its_script_writes(tmp_path):
+    """Every number of the documentation can be computed again from a clone."""
+    flight = ROOT / "tests" / "data" / "flight"
+    subprocess.run([sys.executable, flight / "make.py", tmp_path], check=True)
+    written = sorted(path.name for path in tmp_path.iterdir())
+    assert written == sorted(path.name for path in flight.glob("*.txt"))
+    for name in written:
+        rows = np.loadtxt(flight / name)
+        np.testing.assert_allclose(np.loadtxt(tmp_path / name), rows, rtol=0, atol=2e-3)

@@ -41,11 +41,25 @@ from .snakemake_server import run_snakemake
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = sorted([*ROOT.glob("*.md"), *DOCS.glob("[!_]*.md"), *DOCS.glob("[!_]*/*.md")])
+PAGES = sorted(
+    [
+        *ROOT.glob("*.md"),
+        *ROOT.glob(".github/*.md"),
+        *DOCS.glob("[!_]*.md"),
+        *DOCS.glob("[!_]*/*.md"),
+    ]
+)
 BLOCK = re.compile(r"^( *)```(\w[\w-]*|\{[\w-]+\})[^\n]*\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w-]+\.(?:yaml|txt)|Snakefile)\n")
 RUNS = {"bash", "console", "python", "text", "yaml"}
-SHOWN = {"{argparse}", "{columns}", "{eval-rst}", "{literalinclude}", "{toctree}"}  # by Sphinx
+SHOWN = {
+    "{argparse}",
+    "{image}",
+    "{columns}",
+    "{eval-rst}",
+    "{literalinclude}",
+    "{toctree}",
+}  # by Sphinx
 SHOWN |= {"py"}  # what needs PyTorch, which the lock is without, or runs from elsewhere
 
 
@@ -58,26 +72,26 @@ class Block:
 
 
 def blocks(page):
-    found = BLOCK.findall(page.read_text(encoding="utf-8"))
-    return [Block(language, code) for _, language, code in found]
+    matches = BLOCK.findall(page.read_text(encoding="utf-8"))
+    return [Block(language, code) for _, language, code in matches]
 
 
-WITH_CODE = [page for page in PAGES if {one.language for one in blocks(page)} & RUNS]
+WITH_CODE = [page for page in PAGES if {block.language for block in blocks(page)} & RUNS]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: str(page.relative_to(ROOT)))
 def test_the_code_on_a_page(page, tmp_path, monkeypatch, snakemake):
-    for place in (tmp_path, tmp_path / "tests" / "data"):
-        shutil.copytree(ROOT / "tests" / "data", place, dirs_exist_ok=True)
+    for folder in (tmp_path, tmp_path / "tests" / "data"):
+        shutil.copytree(ROOT / "tests" / "data", folder, dirs_exist_ok=True)
     (tmp_path / "profiles").symlink_to(ROOT / "profiles")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     text = page.read_text(encoding="utf-8")
     names = {"__name__": "__main__"}
-    found = blocks(page)
-    assert {one.language for one in found} <= RUNS | SHOWN
-    for block, following in zip(found, [*found[1:], Block("", "")], strict=True):
+    code_blocks = blocks(page)
+    assert {block.language for block in code_blocks} <= RUNS | SHOWN
+    for block, following in zip(code_blocks, [*code_blocks[1:], Block("", "")], strict=True):
         if file := FILE.match(block.code):
             Path(file[1]).write_text(block.code)
         if block.language == "yaml":
@@ -138,7 +152,7 @@ def run_bash(code, snakemake):
 def run_command(command, snakemake):
     """Run a command, or check what can be checked of it; return what it prints, errors first."""
     program, *arguments = shlex.split(command, comments=True)
-    if "snakemake" in [Path(program).name, *(Path(one).name for one in arguments[:1])]:
+    if "snakemake" in [Path(program).name, *(Path(argument).name for argument in arguments[:1])]:
         snakemake(*arguments[arguments[:1] == [".venv/bin/snakemake"] :])
         return ""
     if program == "alignscores":
@@ -172,18 +186,16 @@ def run_python_program(command):
         case ["-m", "experiments.run", *overrides]:
             load(overrides)
             if overrides[-1].startswith("output=") and "/" not in overrides[-1]:  # it is drawn next
-                few = [re.sub("^trials=.*", "trials=1", one) for one in arguments]
-                subprocess.run([sys.executable, *few, "n_jobs=1"], check=True)
+                shorter = [re.sub("^trials=.*", "trials=1", argument) for argument in arguments]
+                subprocess.run([sys.executable, *shorter, "n_jobs=1"], check=True)
         case ["-m", "figures", *tables]:
             assert draw_figures(tables) == 0
         case ["-m", "benchmarks", "--against", _]:
             pass  # runs in its own test
-        case (
-            ["-m", module]
-            | ["-m", "experiments.check" as module, _]
-            | ["-m", "studies.calibration" as module, "--draws", _]
-        ):
+        case ["-m", module] | ["-m", "experiments.check" as module, _]:
             assert list(ROOT.glob(f"{module.replace('.', '/')}.py")) or (ROOT / module).is_dir()
+        case ["flight/make.py" as script, *_]:
+            run_other([sys.executable, script, *arguments[1:]])
         case [script]:
             assert (ROOT / script).is_file(), command
         case _:
@@ -212,7 +224,12 @@ def no_check(command):
 
 
 def run_other(command):
-    subprocess.run(command, check=True)
+    """Run a command, with its redirection."""
+    if ">" in command:
+        *command, _, target = command
+        Path(target).write_bytes(subprocess.run(command, check=True, capture_output=True).stdout)
+    else:
+        subprocess.run(command, check=True)
 
 
 COMMANDS = {
@@ -236,13 +253,13 @@ def snakemake():
     """Plan what a command would do, as Snakemake's ``--dry-run``, each command once."""
 
     def plan(*arguments):
-        own = ["--snakefile", str(ROOT / "Snakefile")]
+        snakefile = ["--snakefile", str(ROOT / "Snakefile")]
         if Path("Snakefile").exists():
-            own = []
+            snakefile = []
         elif rule_of(arguments):  # tests/workflow plans all of them
             return
         # More replicates are planned alike.
-        settings = [one for one in arguments if not one.startswith("replicates=")]
+        settings = [argument for argument in arguments if not argument.startswith("replicates=")]
         if "claims" in settings:
             settings += [] if "--config" in settings else ["--config"]
             settings.insert(settings.index("--config") + 1, "replicates=2")
@@ -250,7 +267,7 @@ def snakemake():
             return
         PLANNED.add(tuple(settings))
         log = Path("planned.txt")
-        code = run_snakemake([*settings, *own, "--dry-run", "--quiet"], Path.cwd(), log)
+        code = run_snakemake([*settings, *snakefile, "--dry-run", "--quiet"], Path.cwd(), log)
         assert code == 0, log.read_text()
 
     return plan
@@ -273,7 +290,7 @@ def test_the_notebook_shows_what_its_cells_give(in_notebook, monkeypatch):
         check_pip(shlex.split(command))
     names = {}
     tables = []
-    for cell in (one for one in cells if one["cell_type"] == "code"):
+    for cell in (entry for entry in cells if entry["cell_type"] == "code"):
         code = "".join(cell["source"]).replace("plt.show()", "plt.close()")
         texts = ["".join(o["text"]) for o in cell["outputs"] if o["output_type"] == "stream"]
         assert run_python(code, names) == "".join(texts)
@@ -305,8 +322,8 @@ def test_all_that_is_public_is_shown():
     page = (DOCS / "reference" / "api.md").read_text()
     shown = set(re.findall(r"^   ([\w.]+)$", page, re.MULTILINE))
     for prefix, names in {
-        "metrics.": [one for one in metrics.__all__ if callable(getattr(metrics, one))],
-        "io.": [one for one in files.__all__ if one.startswith("read_")],
+        "metrics.": [public for public in metrics.__all__ if callable(getattr(metrics, public))],
+        "io.": [public for public in files.__all__ if public.startswith("read_")],
         "": [*library.__all__, *baselines.__all__],
     }.items():
         assert {prefix + name for name in names} <= shown

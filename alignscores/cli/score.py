@@ -11,6 +11,7 @@ from textwrap import fill
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import collected_warnings, reference_notes
 from ..evaluation.reading import format_of, read_reference
+from ..evaluation.rigs import of_model
 from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..extras import require
@@ -213,6 +214,7 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
     try:
         with collected_warnings() as results.notes:
             reference = read_reference(file, settings)
+            rig_frames = of_model(file, settings)
         if settings.frames is not None:  # once for all estimates
             file = str(settings.frames)
             settings = replace(settings, frames=read_stamps(file))
@@ -228,7 +230,14 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
                 if est_format != settings.format:
                     print_note(f"{file}: detected format: {est_format}")
             results.scored.append(
-                score(reference, file, settings, name=name, ref_file=results.reference)
+                score(
+                    reference,
+                    file,
+                    settings,
+                    name=name,
+                    ref_file=results.reference,
+                    rig_frames=rig_frames,
+                )
             )
         except FAILURES as error:
             results.fail(file, error)

@@ -17,6 +17,7 @@ from ..io import Trajectory, read_stamps
 from ..translation import closest_pair_quartile
 from ..validation import finite_rows
 from .reading import KEY_KINDS, check_duplicates, first_rows, warn
+from .rigs import rig_frames as rig_frames_by_names
 from .settings import Settings
 from .time import (
     chord_error,
@@ -79,7 +80,12 @@ class Matches:
         return len(np.unique(self.est_rows[self.est_rows >= 0]))
 
 
-def match(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
+def match(
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    groups: Indices | None = None,
+) -> Matches:
     """Return the estimated pose of each expected frame of a reference, as `read_reference` has it.
 
     The expected frames depend on the reference and the settings alone. By time stamps each pose
@@ -87,6 +93,9 @@ def match(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Ma
     still between two poses: it stays within d and 10 degrees of one of them. A covered frame takes
     the nearest pose, with the reference at the pose's own time; the other frames are lost. A pose
     of NaN is none.
+
+    `groups` are labels of the reference's rows, the same for cameras of one rig frame; without them
+    the names of images have them.
 
     Image names are equal. If no two are, they match by the longest ending of their paths that any
     two have in common and that is unique, whatever the case and the slashes; at last by the file
@@ -97,9 +106,9 @@ def match(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Ma
     where nothing matches.
     """
     if reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
-        matches = _by_time(reference, estimate, settings)
+        matches = _by_time(reference, estimate, settings, groups)
     else:
-        matches = _by_key(reference, estimate, settings)
+        matches = _by_key(reference, estimate, settings, groups)
     n = len(estimate.keys)
     check_duplicates(n, n - matches.duplicate, matches.keys, "estimate")
     if settings.missing == "fail":
@@ -131,17 +140,22 @@ def check_scorable(
             f"the expected frames, and it takes {needed} ({options})"
         )
     if np.isnan(matches.unit):
-        n = len(matches.expected_rows)
+        n, what = len(matches.expected_rows), "poses"
+        if matches.n_rig_frames:
+            n, what = matches.n_rig_frames, "rig frames"
         reason = (
-            f"the reference has {n} of the 4 poses that it takes"
+            f"the reference has {n} of the 4 {what} that it takes"
             if n < 4
-            else "at least three quarters of the reference poses coincide with another one"
+            else f"at least three quarters of the reference {what} coincide with another one"
         )
         raise ValueError(f"d cannot be derived: {reason}; --unit sets it")
 
 
 def with_stamps_of_sparse(
-    reference: Trajectory, estimate: Trajectory, settings: Settings
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    groups: Indices | None = None,
 ) -> tuple[Trajectory, Settings, float]:
     """Return an estimate at the stamps of a reference that is too sparse to be interpolated.
 
@@ -153,7 +167,7 @@ def with_stamps_of_sparse(
     if len(reference.keys) < MIN_POSES or np.median(np.diff(reference.keys)) < SPARSE_STEP:
         return estimate, settings, 0.0
     rows, _ = _expected_rows(reference.keys, settings)
-    unit = _unit(reference.positions[rows], settings)
+    unit = _unit(reference.positions[rows], settings, _of_rows(groups, rows))
     gap = reference_gap(reference.keys, settings.frames_per_second)
     chord = chord_error(reference, gap) / unit
     if not chord > MAX_CHORD:
@@ -180,12 +194,15 @@ def poses_of_rows(estimate: Trajectory, rows: Indices) -> Floats:
     return np.where((rows >= 0)[:, None, None], estimate.poses[rows], np.nan)
 
 
-def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
+def _by_time(
+    reference: Trajectory, estimate: Trajectory, settings: Settings, groups: Indices | None
+) -> Matches:
     """Find the pose that covers each expected frame."""
     _check_seconds(reference.keys, estimate.keys, settings)
     rows, without_reference = _expected_rows(reference.keys, settings)
     frames = Trajectory(reference.keys[rows], reference.poses[rows])
-    unit = _unit(frames.positions, settings)
+    rig_frames = _of_rows(groups, rows)
+    unit = _unit(frames.positions, settings, rig_frames)
 
     present = _present(estimate.poses)
     all_rows = first_rows(estimate.keys, present, "estimate")
@@ -216,6 +233,7 @@ def _by_time(reference: Trajectory, estimate: Trajectory, settings: Settings) ->
         est_rows=covering,
         expected_rows=rows,
         unit=unit,
+        n_rig_frames=_n_rig_frames(rig_frames, settings),
         unmatched=len(all_rows) - len(est_rows),
         duplicate=int(present.sum()) - len(all_rows),
         without_reference=without_reference,
@@ -296,6 +314,15 @@ def _present(poses: Floats) -> Booleans:
     return present if present.any() else ~present
 
 
+def _of_rows(groups: Indices | None, rows: Indices) -> Indices | None:
+    return None if groups is None else groups[rows]
+
+
+def _n_rig_frames(rig_frames: Indices | None, settings: Settings) -> int:
+    """Return how many rig frames d counts as one camera each."""
+    return 0 if rig_frames is None or settings.unit is not None else len(np.unique(rig_frames))
+
+
 def _unit(positions: Floats, settings: Settings, rig_frames: Indices | None = None) -> float:
     """Return d of the positions unless it is set; NaN where it is undefined."""
     if settings.unit is not None:
@@ -304,32 +331,6 @@ def _unit(positions: Floats, settings: Settings, rig_frames: Indices | None = No
         return closest_pair_quartile(positions, groups=rig_frames)
     except ValueError:
         return np.nan
-
-
-def _rig_frames(keys: NDArray[Any], positions: Floats, settings: Settings) -> Indices | None:
-    """Return a label for each image, the same for those of one rig frame; None without a rig.
-
-    Images with the same file name in different folders are of one rig frame if they are closer
-    together than rig frames are: several recordings can have the same file names, too.
-    """
-    if keys.dtype.kind != "U" or settings.rig_frames == "none" or settings.unit is not None:
-        return None
-    if settings.rig_frames == "auto":
-        frames = [key.rpartition("/")[2] for key in keys]
-    else:
-        found = [re.search(settings.rig_frames, key) for key in keys]
-        if not any(found):
-            raise ValueError(f"rig_frames: no name fits, such as {str(keys[0])!r}")
-        frames = [one.group(1) if one else key for one, key in zip(found, keys, strict=True)]
-    _, labels, counts = np.unique(frames, return_inverse=True, return_counts=True)
-    if counts.max() == 1:
-        return None
-    if settings.rig_frames == "auto":
-        means = np.stack([np.bincount(labels, axis) for axis in positions.T], axis=1)
-        apart = np.linalg.norm(positions - (means / counts[:, None])[labels], axis=1)
-        if not np.median(apart) < _unit(positions, settings, labels):
-            return None
-    return labels
 
 
 def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float) -> ValueError:
@@ -349,7 +350,9 @@ def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float
     )
 
 
-def _by_key(reference: Trajectory, estimate: Trajectory, settings: Settings) -> Matches:
+def _by_key(
+    reference: Trajectory, estimate: Trajectory, settings: Settings, groups: Indices | None
+) -> Matches:
     """Find the pose of the same image, frame or row."""
     ref_keys, est_keys = reference.keys, estimate.keys
     if {ref_keys.dtype.kind, est_keys.dtype.kind} == {"f", "i"}:
@@ -358,7 +361,7 @@ def _by_key(reference: Trajectory, estimate: Trajectory, settings: Settings) -> 
     if kinds[0] != kinds[1]:
         raise ValueError(
             f"the reference has {KEY_KINDS[kinds[0]]}, the estimate {KEY_KINDS[kinds[1]]}: write "
-            "a column of the same kind into both (--columns names it)"
+            "tables with the same kind, such as 'timestamp x y z qx qy qz qw'"
         )
     rows = first_rows(est_keys, np.ones(len(est_keys), dtype=bool), "estimate")
     partners = _partners(ref_keys, est_keys[rows])
@@ -366,7 +369,9 @@ def _by_key(reference: Trajectory, estimate: Trajectory, settings: Settings) -> 
     expected = np.flatnonzero(finite_rows(reference.poses))
     gt_poses, est_rows = reference.poses[expected], est_rows[expected]
     positions = gt_poses[:, :3, 3]
-    rig_frames = _rig_frames(ref_keys[expected], positions, settings)
+    rig_frames = _of_rows(groups, expected)
+    if rig_frames is None and settings.unit is None:
+        rig_frames = rig_frames_by_names(ref_keys[expected], positions, settings)
     return Matches(
         keys=ref_keys[expected],
         gt_poses=gt_poses,
@@ -375,7 +380,7 @@ def _by_key(reference: Trajectory, estimate: Trajectory, settings: Settings) -> 
         est_rows=est_rows,
         expected_rows=expected,
         unit=_unit(positions, settings, rig_frames),
-        n_rig_frames=0 if rig_frames is None else len(np.unique(rig_frames)),
+        n_rig_frames=_n_rig_frames(rig_frames, settings),
         unmatched=len(rows) - int(np.sum(partners >= 0)),
         duplicate=len(est_keys) - len(rows),
         without_reference=np.empty(0),
@@ -398,9 +403,10 @@ def _partners(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> Indices:
     ):
         if n != len(est_keys):
             raise ValueError(
-                f"the reference has {n} poses, the estimate {len(est_keys)}: without "
-                "stamps or names they correspond row by row, so their number must be the same "
-                "(write a row of nan for each frame that was lost)"
+                f"the reference has {n} poses, the estimate {len(est_keys)}, and both count them "
+                "from 0, so that pose i of both is the same frame: their number must be the same "
+                "(write the number of its frame before each pose, or a row of nan for each frame "
+                "that was lost)"
             )
         return np.arange(n)
     ref, est = ref_keys.tolist(), est_keys.tolist()

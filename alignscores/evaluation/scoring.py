@@ -7,12 +7,13 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Floats
+from ..arrays import Floats, Indices
 from ..io import FilePath, Trajectory
 from ..metrics import SCORES, Metric, metric
 from ..pose import PASResult, pas
@@ -36,6 +37,7 @@ from .reading import (
     read_reference,
     with_formats,
 )
+from .rigs import by_keys, of_groups, of_model
 from .settings import Settings, changed
 
 __all__ = ["evaluate", "score"]
@@ -50,6 +52,7 @@ def evaluate(
     settings: Settings | None = None,
     *,
     times: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
+    groups: ArrayLike | None = None,
     **changes: Any,
 ) -> Evaluation:
     """Score an estimate against its reference, as the command ``alignscores`` does.
@@ -64,6 +67,10 @@ def evaluate(
         How they are matched and scored; by default ``Settings()``.
     times : (n,) array or two of them, optional
         Time stamps of the arrays in seconds: of both, or of the reference and of the estimate.
+    groups : (n,) array_like, optional
+        Labels of the rows of a reference in memory, the same for cameras of one rig frame: d counts
+        them as one camera. Otherwise a COLMAP model or the names of images say it (see the setting
+        ``rig_frames``).
     **changes : object
         Settings that differ from these, such as ``alignment="rigid"``. Of ``metrics`` some may be
         functions of ground-truth and estimated poses, both (n, 4, 4), or `Metric` objects; the
@@ -100,15 +107,25 @@ def evaluate(
         changes["metrics"] = [one for one in asked if isinstance(one, str)]
     settings = changed(settings or Settings(), changes)
     ref_times, est_times = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
+    given = reference
     reference = in_memory(reference, "reference", ref_times)
     estimate = in_memory(estimate, "estimate", est_times)
     settings = with_formats(settings, reference, estimate)
+    frames = of_model(given, settings) if groups is None else of_groups(reference, groups)
     with collected_warnings() as warned:
         truth = read_reference(reference, settings)
     in_file = isinstance(estimate, (str, PathLike))
     name = unique_names([str(estimate)])[0] if in_file else "estimate"
     path = "" if isinstance(reference, Trajectory) else str(reference)
-    evaluation = score(truth, estimate, settings, name=name, ref_file=path, functions=functions)
+    evaluation = score(
+        truth,
+        estimate,
+        settings,
+        name=name,
+        ref_file=path,
+        rig_frames=frames,
+        functions=functions,
+    )
     of_reference = [Note("reference", text) for text in warned]
     evaluation.notes[:0] = of_reference + reference_notes([evaluation])
     return evaluation
@@ -121,13 +138,15 @@ def score(
     *,
     name: str,
     ref_file: str = "",
+    rig_frames: Mapping[Any, int] = MappingProxyType({}),
     check: bool = True,
     functions: Iterable[Metric | Callable[..., Any]] = (),
 ) -> Evaluation:
     """Read, match, score and explain one estimate; of several models the best one has the scores.
 
     With `check` the notes look for mistakes in both files, which takes most of the time. `ref_file`
-    is where the reference was read from; `functions` are metrics next to those in the settings.
+    is where the reference was read from; `rig_frames` are those of the reference's keys, if not
+    their names say them; `functions` are metrics next to those in the settings.
     """
     file = str(estimate) if isinstance(estimate, (str, PathLike)) else ""
     files = Files(
@@ -139,14 +158,24 @@ def score(
     with collected_warnings() as of_file:  # these name the file
         models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]
+    groups = by_keys(rig_frames, reference.keys)
     if len(models) == 1:
         (poses,) = models.values()
         return _score_one(
-            reference, poses, settings, name, files, notes, check=check, functions=functions
+            reference,
+            poses,
+            settings,
+            name,
+            files,
+            notes,
+            groups=groups,
+            check=check,
+            functions=functions,
         )
 
-    scored = _each_model(reference, models, settings)
-    of_models = poses_of_models(reference.with_rotations(), models, settings)
+    scored = _each_model(reference, models, settings, groups)
+    with collected_warnings():  # those of the best model are notes
+        of_models = poses_of_models(reference.with_rotations(), models, settings)
     rows = in_order(models, of_models, scored)
     best = rows[0].name
     text = f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
@@ -158,6 +187,7 @@ def score(
         name,
         files,
         notes,
+        groups=groups,
         check=check,
         functions=functions,
         of_models=of_models,
@@ -166,7 +196,10 @@ def score(
 
 
 def _each_model(
-    reference: Trajectory, models: Mapping[str, Trajectory], settings: Settings
+    reference: Trajectory,
+    models: Mapping[str, Trajectory],
+    settings: Settings,
+    groups: Indices | None,
 ) -> dict[str, Evaluation]:
     """Score each model of a set by its name; those with too few images are left out."""
     if settings.missing == "ignore":
@@ -178,7 +211,14 @@ def _each_model(
     for name, poses in models.items():
         with suppress(ValueError):
             scored[name] = _score_one(
-                reference, poses, replace(settings, metrics=()), name, files, [], check=False
+                reference,
+                poses,
+                replace(settings, metrics=()),
+                name,
+                files,
+                [],
+                groups=groups,
+                check=False,
             )
     if not scored:
         largest = max(models, key=lambda name: len(models[name].keys))
@@ -197,6 +237,7 @@ def _score_one(
     files: Files,
     notes: list[Note],
     *,
+    groups: Indices | None,
     check: bool,
     functions: Iterable[Metric | Callable[..., Any]] = (),
     of_models: ModelPoses | None = None,
@@ -205,28 +246,24 @@ def _score_one(
     has_rotations = reference.has_rotations and poses.has_rotations
     if reference.has_rotations and not has_rotations:
         notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
-    elif has_rotations and has_constant_rotations(poses):
-        note, poses = _constant(poses, settings)
-        notes.append(note)
+    constant, poses = _constant(poses, settings, has_rotations)
+    notes += constant
     reference, poses = reference.with_rotations(), poses.with_rotations()
-    main = "PAS" if has_rotations else "TAS"
 
     def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
-        found = _compared(ref, est, tried, has_rotations)
-        result, matches = found.result, found.matches
-        value = result.score if has_rotations else result.tas.score
-        return Scored(value, matches.pose_references, found.estimate.poses[matches.pose_rows])
+        return _compared(ref, est, tried, has_rotations, groups).scored
 
     with collected_warnings() as of_estimate:
         try:
-            found = _compared(reference, poses, settings, has_rotations)
+            found = _compared(reference, poses, settings, has_rotations, groups)
         except ValueError as error:
             remedy = check and rescue(
-                reference, poses, settings, attempt, files, name=main, has_rotations=has_rotations
+                reference, poses, settings, attempt, files, has_rotations=has_rotations
             )
             raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
         half_distance = _half_distance(found.matches, settings)
-    notes += [Note("estimate", text) for text in of_estimate]
+    if not np.isnan(poses.poses).all():  # of a run that failed all else follows
+        notes += [Note("estimate", text) for text in of_estimate]
     matches, result = found.matches, found.result
     pairs = _every_pose(matches, found.estimate)
     metrics, without_value = _metrics(matches, pairs, settings, functions, of_models)
@@ -251,16 +288,13 @@ def _score_one(
     notes += _of_matching(found, settings)
     hints = []
     if check:
-        value = result.score if has_rotations else result.tas.score
-        scored = Scored(value, matches.pose_references, found.estimate.poses[matches.pose_rows])
         hints = look(
             reference,
             poses,
             settings,
-            scored,
+            found.scored,
             attempt,
             files,
-            name=main,
             has_rotations=has_rotations,
         )
     notes += explain(evaluation, hints, check=check)
@@ -268,19 +302,26 @@ def _score_one(
     return evaluation
 
 
-def _constant(estimate: Trajectory, settings: Settings) -> tuple[Note, Trajectory]:
-    """Return a note on rotations that are the same throughout, and the poses that count.
+def _constant(
+    estimate: Trajectory, settings: Settings, has_rotations: bool
+) -> tuple[list[Note], Trajectory]:
+    """Return notes on an estimate that does not move or rotate, and the poses that count.
 
     One pose throughout is none: the run has failed.
     """
-    positions = estimate.poses[finite_rows(estimate.poses), :3, 3]
-    if (positions == positions[0]).all():
+    if has_rotations and not has_constant_rotations(estimate):
+        return [], estimate
+    positions = estimate.poses[finite_rows(estimate.poses[:, :3, 3]), :3, 3]
+    if len(positions) > 1 and (positions == positions[0]).all():
         text = "it has one pose throughout: a run that failed, without a pose that counts"
-        return Note("constant", text), estimate._replace(poses=np.full_like(estimate.poses, np.nan))
+        nothing = np.full_like(estimate.poses, np.nan)
+        return [Note("constant", text)], estimate._replace(poses=nothing)
+    if not has_rotations:
+        return [], estimate
     text = "its rotations are all the same, and are scored as they are"
     timed = settings.est_form.tables and estimate.keys.dtype.kind == "f"
     remedy = "if it has none, --est_columns 't x y z' scores the positions" if timed else ""
-    return Note("constant", text, remedy), estimate
+    return [Note("constant", text, remedy)], estimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,21 +337,32 @@ class _Compared:
     lever_arm: LeverArm | None
     body_rotation: Floats | None
 
+    @property
+    def scored(self) -> Scored:
+        """The PAS, or the TAS without rotations, with every pose that has a reference."""
+        result, matches = self.result, self.matches
+        value = result.score if matches.has_rotations else result.tas.score
+        return Scored(value, matches.pose_references, self.estimate.poses[matches.pose_rows])
+
 
 def _compared(
-    reference: Trajectory, estimate: Trajectory, settings: Settings, has_rotations: bool
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    has_rotations: bool,
+    groups: Indices | None,
 ) -> _Compared:
     """Match, correct and score an estimate."""
     clock, t_offset = None, 0.0
     timed = reference.keys.dtype.kind == estimate.keys.dtype.kind == "f"
     if timed and settings.t_offset == "auto":
         clock = find_clock(reference, estimate)
-        t_offset = _offset(reference, estimate, settings, clock, has_rotations)
+        t_offset = _offset(reference, estimate, settings, clock, has_rotations, groups)
     elif timed:
         t_offset = float(settings.t_offset)
     poses = estimate._replace(keys=estimate.keys + t_offset) if timed else estimate
-    poses, how, chord = with_stamps_of_sparse(reference, poses, settings)
-    matches = replace(match(reference, poses, how), has_rotations=has_rotations)
+    poses, how, chord = with_stamps_of_sparse(reference, poses, settings, groups)
+    matches = replace(match(reference, poses, how, groups), has_rotations=has_rotations)
     check_scorable(reference, poses, matches, settings)
     poses, lever_arm, body_rotation = _corrected(poses, matches, settings)
     matches = replace(matches, est_poses=poses_of_rows(poses, matches.est_rows))
@@ -324,6 +376,7 @@ def _offset(
     settings: Settings,
     clock: Clock | None,
     has_rotations: bool,
+    groups: Indices | None,
 ) -> float:
     """Return the offset of the clocks if it is certain and does not cost score, otherwise 0.
 
@@ -344,8 +397,8 @@ def _offset(
             tried = replace(settings, t_offset=seconds)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                result = _compared(reference, estimate, tried, has_rotations).result
-            scores.append(result.score if has_rotations else result.tas.score)
+                found = _compared(reference, estimate, tried, has_rotations, groups)
+            scores.append(found.scored.score)
         except ValueError:
             scores.append(-math.inf)
     least = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
@@ -381,11 +434,10 @@ def _of_matching(found: _Compared, settings: Settings) -> list[Note]:
         )
         notes.append(Note("sparse", text))
     if n_rig_frames := found.matches.n_rig_frames:
-        text = (
-            f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean "
-            "position; --rig_frames none counts each camera"
-        )
-        notes.append(Note("rig", text))
+        text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"
+        named = found.matches.keys.dtype.kind == "U"
+        remedy = "--rig_frames none counts each camera" if named else ""
+        notes.append(Note("rig", f"{text} position", remedy))
     return notes
 
 

@@ -151,9 +151,9 @@ class Settings:
     )
     rig_frames: str = _setting(
         "auto",
-        "images that d counts as one camera, at their mean position. auto: those with the same "
-        "file name in different folders, if they are close together; none; or a regular expression "
-        r"whose group is the rig frame in the name, such as '(\d+)\.png$'",
+        "images that d counts as one camera, at their mean position. auto: the frames of a COLMAP "
+        "model, otherwise the same file name in different folders, if close together; none; or a "
+        r"regular expression whose group is the rig frame in the name, such as '(\d+)\.png$'",
     )
     max_threshold: float = _number(1.0, "largest threshold of the TAS in units of d", above=0)
     max_threshold_deg: float = _number(10.0, "largest threshold of the RAS in degrees", above=0)

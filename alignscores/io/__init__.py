@@ -11,7 +11,7 @@ A new format is a module with a reader and an entry of `formats.FORMATS`.
 from ..files import FAILURES, FileError, FilePath
 from .arrays import read_arrays
 from .bags import read_bag
-from .colmap import is_model, read_colmap, read_colmap_models
+from .colmap import is_model, read_colmap, read_colmap_models, read_rig_frames
 from .columns import parse_columns
 from .formats import FORMATS, Format, recognise
 from .g2o import read_g2o
@@ -52,6 +52,7 @@ __all__ = [
     "read_nerf",
     "read_opensfm",
     "read_opensfm_models",
+    "read_rig_frames",
     "read_stamps",
     "read_tum",
     "recognise",

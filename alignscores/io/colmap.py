@@ -1,6 +1,7 @@
 """COLMAP models: folders with text or binary files, and models of pycolmap in memory."""
 
 import struct
+from collections import Counter
 from contextlib import suppress
 from os import SEEK_END
 from pathlib import Path
@@ -8,18 +9,30 @@ from typing import Any
 
 import numpy as np
 
-from ..files import FileError, FilePath, Source, is_number, numbered_lines, open_file
+from ..files import (
+    FileError,
+    FilePath,
+    Source,
+    is_number,
+    numbered_lines,
+    open_file,
+    read_bytes,
+)
 from .text import format_of_table, read_hloc
 from .trajectory import Trajectory, checked, inverse_poses, poses_from_quaternions
 
-__all__ = ["has_model", "is_model", "read_colmap", "read_colmap_models"]
+__all__ = ["has_model", "is_model", "read_colmap", "read_colmap_models", "read_rig_frames"]
 
-Images = list[tuple[str, tuple[float, ...]]]  # names, and qw qx qy qz tx ty tz
+Images = list[tuple[str, tuple[float, ...], int]]  # names, qw qx qy qz tx ty tz, and IMAGE_IDs
 
 MAX_BYTES = 10**11  # of images.bin and images.txt, most of which are points, which are not read
 # In images.bin: number, pose and camera of an image; its name; the number of its points.
-POSE = struct.Struct("<4x7d4x")
+POSE = struct.Struct("<I7d4x")
 POINT = 24  # bytes
+# In frames.bin: the number of a frame, and how many data it has; the type of each, and its number.
+FRAME = struct.Struct("<I60xI")
+DATUM = struct.Struct("<i4xQ")
+CAMERA = 0  # a type of sensor
 MAX_NAME = 4096  # bytes
 
 
@@ -53,11 +66,10 @@ def read_colmap(path: Any) -> Trajectory:
     if not is_model(path):
         return _read(Path(path))
     images = []
-    for image in path.images.values():
-        if image.has_pose:
-            pose = image.cam_from_world()
-            x, y, z, w = pose.rotation.quat
-            images.append((image.name, (w, x, y, z, *pose.translation)))
+    for image in _registered(path):
+        pose = image.cam_from_world()
+        x, y, z, w = pose.rotation.quat
+        images.append((image.name, (w, x, y, z, *pose.translation), image.image_id))
     return _trajectory("the Reconstruction", images)
 
 
@@ -93,9 +105,59 @@ def read_colmap_models(path: FilePath) -> dict[str, Trajectory]:
     return {name: _trajectory(folder / name, own) for name, own in images.items() if own}
 
 
+def read_rig_frames(path: Any) -> dict[str, int]:
+    """Read which images of a COLMAP model were taken by a rig of cameras at once.
+
+    Parameters
+    ----------
+    path : path or pycolmap.Reconstruction
+        The model's folder or its file of images, or the model in memory.
+
+    Returns
+    -------
+    dict
+        The rig frame of each image, by its name. It is empty if no frame has several images, or
+        the model has no ``frames`` and ``rigs`` (before COLMAP 3.12).
+
+    Raises
+    ------
+    FileError
+        Where ``frames`` cannot be read.
+
+    Examples
+    --------
+    >>> from alignscores.io import read_rig_frames
+    >>> read_rig_frames("tests/data/colmap/reference")
+    {}
+    """
+    if is_model(path):
+        registered = _registered(path)
+        frames = {image.name: getattr(image, "frame_id", image.image_id) for image in registered}
+        return frames if len(set(frames.values())) < len(frames) else {}
+    folder = Path(path)
+    if folder.is_file():
+        folder = folder.parent if folder.stem == "images" else folder
+    elif not _file_of_images(folder).exists() and len(models := _folders_of_models(folder)) == 1:
+        folder = models[0]
+    file = _file_of_images(folder)
+    frames_file, rigs = (file.with_name(f"{stem}{file.suffix}") for stem in ("frames", "rigs"))
+    if not (file.exists() and frames_file.exists() and rigs.exists()):
+        return {}
+    read = _frames_of_binary if file.suffix == ".bin" else _frames_of_text
+    frame_of = read(frames_file)
+    if max(Counter(frame_of.values()).values(), default=0) < 2:
+        return {}
+    return {name: frame_of[number] for name, _, number in _images(folder) if number in frame_of}
+
+
 def is_model(model: object) -> bool:
     """Return whether something is a COLMAP model in memory, without importing pycolmap."""
     return type(model).__module__.partition(".")[0] == "pycolmap"
+
+
+def _registered(model: Any) -> list[Any]:
+    """Return the registered images of a model of pycolmap."""
+    return [image for image in model.images.values() if image.has_pose]
 
 
 def has_model(folder: Path) -> bool:
@@ -107,7 +169,7 @@ def _read(path: Path) -> Trajectory:
     """Read a model from its folder or its images.bin or images.txt, or a table of hloc."""
     if path.is_file():
         return _read_file(path)
-    if (path / "images.bin").exists() or (path / "images.txt").exists():
+    if _file_of_images(path).exists():
         return _trajectory(path, _images(path))
     if models := _folders_of_models(path):
         if len(models) == 1:
@@ -123,10 +185,16 @@ def _folders_of_models(folder: Path) -> list[Path]:
     return sorted(models, key=lambda model: (len(model.name), model.name))
 
 
+def _file_of_images(folder: Path) -> Path:
+    """Return the file with the images of a model: the binary one, if there is one."""
+    binary = folder / "images.bin"
+    return binary if binary.exists() else folder / "images.txt"
+
+
 def _images(model: Path) -> Images:
     """Return the registered images of the model in a folder."""
-    binary = model / "images.bin"
-    return _images_of_binary(binary) if binary.exists() else _images_of_text(model / "images.txt")
+    file = _file_of_images(model)
+    return _images_of_binary(file) if file.suffix == ".bin" else _images_of_text(file)
 
 
 def _read_file(path: Path) -> Trajectory:
@@ -154,7 +222,8 @@ def _images_of_binary(path: Path) -> Images:
             end = file.tell() + POINT * int.from_bytes(n_points, "little")
             if len(n_points) < 8 or end > size:
                 break
-            images.append((name.decode(errors="replace"), POSE.unpack(head)))
+            number, *pose = POSE.unpack(head)
+            images.append((name.decode(errors="replace"), tuple(pose), number))
             file.seek(end)
         if len(images) < n or size < 8:
             raise FileError(path, f"is cut off: it holds {len(images)} of its {n} images")
@@ -174,12 +243,54 @@ def _images_of_text(path: Path) -> Images:
         if len(fields) < 10 or not all(is_number(field, finite=True) for field in fields[:9]):
             reason = "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "
             raise FileError(path, f"{reason}of them numbers", place=f"line {number}")
-        images.append((fields[9].strip(), tuple(map(float, fields[1:8]))))
+        images.append((fields[9].strip(), tuple(map(float, fields[1:8])), int(float(fields[0]))))
         number, line = next(lines, (number, ""))
         if not _are_points(line.split()):
             reason = "expected the line of 2D points, 'X Y POINT3D_ID ...', after each image"
             raise FileError(path, reason, place=f"line {number}")
     return images
+
+
+def _frames_of_binary(path: Path) -> dict[int, int]:
+    """Return the frame of each image, by their numbers, of a binary model."""
+    content, frame_of = read_bytes(path), {}
+    try:
+        (n,), at = struct.unpack_from("<Q", content), 8
+        for _ in range(n):
+            frame, n_data = FRAME.unpack_from(content, at)
+            at += FRAME.size
+            for _ in range(n_data):
+                kind, number = DATUM.unpack_from(content, at)
+                at += DATUM.size
+                if kind == CAMERA:
+                    frame_of[number] = frame
+    except struct.error:
+        raise FileError(path, "is cut off or damaged; --rig_frames none does without it") from None
+    return frame_of
+
+
+def _frames_of_text(path: Path) -> dict[int, int]:
+    """Return the frame of each image, by their numbers, of a text model."""
+    frame_of = {}
+    for at, line in numbered_lines(path):
+        fields = line.split()
+        if not fields or line.startswith("#"):
+            continue
+        try:
+            frame, n_data, data = int(fields[0]), int(fields[9]), fields[10:]
+            if len(data) != 3 * n_data:
+                raise ValueError
+            images = [
+                int(datum)
+                for kind, datum in zip(data[::3], data[2::3], strict=True)
+                if kind == "CAMERA"
+            ]
+        except (IndexError, ValueError):
+            reason = "must hold 'FRAME_ID RIG_ID QW QX QY QZ TX TY TZ NUM_DATA_IDS' and as many "
+            remedy = "'SENSOR_TYPE SENSOR_ID DATA_ID'; --rig_frames none does without it"
+            raise FileError(path, f"{reason}{remedy}", place=f"line {at}") from None
+        frame_of.update(dict.fromkeys(images, frame))
+    return frame_of
 
 
 def _are_points(fields: list[str]) -> bool:
@@ -192,7 +303,7 @@ def _trajectory(path: FilePath, images: Images) -> Trajectory:
     """Return the trajectory of registered images, whose poses are world-to-camera."""
     if not images:
         raise FileError(path, "the model has no registered image")
-    names, poses = zip(*sorted(images), strict=True)
+    names, poses, _ = zip(*sorted(images), strict=True)
     quaternions, translations = np.split(np.array(poses), [4], axis=1)
     source = Source(path, lambda row: f"image {names[row]!r}")
     world_to_camera = poses_from_quaternions(translations, quaternions[:, [1, 2, 3, 0]], source)

@@ -78,7 +78,7 @@ def metric(name: str | Metric | Callable[..., Any]) -> Metric:
     Raises
     ------
     ValueError
-        If there is none of that name; the message lists those that are close to it.
+        If the metric is unknown; the message lists the nearest names.
 
     Examples
     --------

@@ -126,10 +126,10 @@ def find(name: str, metrics: Sequence[Metric]) -> Metric:
         if arguments is not None:
             return replace(entry, name=asked, function=partial(entry.function, **arguments))
     examples = [entry.example or entry.name for entry in metrics]
-    same = [one for one in examples if _split(one)[0] == _split(asked)[0]]
-    lower = {one.lower(): one for one in same or examples}
+    same = [example for example in examples if _split(example)[0] == _split(asked)[0]]
+    lower = {example.lower(): example for example in same or examples}
     close = get_close_matches(asked, lower, n=3, cutoff=0 if same else 0.6)
-    listed = f"close to it are {', '.join(lower[one] for one in close)}"
+    listed = f"close to it are {', '.join(lower[key] for key in close)}"
     raise ValueError(
         f"unknown metric {name!r}; {listed if close else '`alignscores metrics` lists all'}"
     )
@@ -144,13 +144,13 @@ def _split(name: str) -> tuple[str, str, list[str]]:
 
 def _arguments(entry: Metric, asked: str) -> dict[str, Any] | None:
     """Return the arguments of an entry's function that a name sets; None if it is another's."""
-    head, placeholder, own = _split(entry.name)
+    head, placeholder, fixed = _split(entry.name)
     asked_head, argument, words = _split(asked)
-    if head != asked_head or not set(own) <= set(words) or bool(placeholder) != bool(argument):
+    if head != asked_head or not set(fixed) <= set(words) or bool(placeholder) != bool(argument):
         return None
-    options = [word for word in words if word not in own]
+    options = [word for word in words if word not in fixed]
     chosen = {key: word for word in options for key in entry.options if word in entry.options[key]}
-    if len(words) != len(own) + len(chosen):  # an unknown word, or two for the same argument
+    if len(words) != len(fixed) + len(chosen):  # an unknown word, or two for the same argument
         return None
     read = entry.argument(argument) if entry.argument else {}
     if read is None:

@@ -47,7 +47,7 @@ def video_error(
 
     Notes
     -----
-    The first cameras alone align the estimate: an error of the first frame is one of all frames.
+    Only the first cameras align the estimate: an error of the first frame is one of all frames.
     For "cami2v-abs" CamI2V takes the scale of the estimate from depth maps, which files of poses
     do not hold.
 

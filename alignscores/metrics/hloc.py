@@ -150,8 +150,8 @@ def _aligned(cameras: Cameras) -> Cameras:
 def _thresholds(text: str) -> Mapping[str, float] | None:
     distance, _, degrees = text.partition(",")
     values = {"max_error": length(distance), "max_error_deg": angle(degrees.strip())}
-    found = {key: value for key, value in values.items() if value is not None}
-    return found if len(found) == len(values) else None
+    valid = {key: value for key, value in values.items() if value is not None}
+    return valid if len(valid) == len(values) else None
 
 
 def _metrics() -> list[Metric]:

@@ -58,8 +58,8 @@ def rpg_relative_error(
     float
         Percent, or degrees per ground-truth unit.
     NoValueError
-        If fewer than two frames have one at that distance (the program's statistics are 0
-        there), or the estimated centres coincide.
+        If no two frame pairs are at that distance (the program's statistics are 0 there), or
+        the estimated centres coincide.
 
     References
     ----------
@@ -96,7 +96,7 @@ def rpg_relative_error(
     ends = _nearest(path, starts, length)
     ends = ends[np.abs(path[ends] - (path + length)) < RPG_TOLERANCE * length]
     if len(ends) < 2:
-        raise NoValueError(f"fewer than two frames have one {length:g} further along the path")
+        raise NoValueError(f"no two frame pairs are {length:g} apart along the path")
     distances, angles = motion_errors(cameras, starts[: len(ends)], ends)
     errors = 100 * distances / length if error == "translation" else angles / length
     return statistic_of(errors, statistic)

@@ -4,11 +4,12 @@
 in ``docs/explanation/registration.md``. Any function of the signature of `Registration` is another.
 """
 
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, Indices
 from ..similarity import FARTHEST_SQUARABLE, Similarity, check_alignment
 from ..validation import check_position_pair, check_positive, finite_rows
 from . import kernel
@@ -189,12 +190,12 @@ class Search:
                 rng=self._generator,
             )
             # In random order, so that the first cameras are a sample; far outliers can be squared.
-            order = np.random.default_rng(0).permutation(self._gt.shape[1])
-            far = FARTHEST_SQUARABLE
+            order, far = _random_order(self._gt.shape[1]), FARTHEST_SQUARABLE
             self._shuffled_gt, self._shuffled_est = (
-                np.minimum(np.maximum(points.take(order, axis=1), -far), far)  # faster than clip
-                for points in (self._gt, self._est)
+                points.take(order, axis=1) for points in (self._gt, self._est)
             )
+            for points in (self._shuffled_gt, self._shuffled_est):  # faster than clip
+                np.minimum(np.maximum(points, -far, out=points), far, out=points)
         kernel.refine(
             self._shuffled_gt,
             self._shuffled_est,
@@ -259,6 +260,12 @@ def _generator(rng: Seed) -> np.random.Generator:
         return np.random.default_rng(rng)
     except (TypeError, ValueError) as error:
         raise ValueError(f"rng must be a seed or a Generator, not {rng!r}: {error}") from None
+
+
+@lru_cache(maxsize=4)
+def _random_order(n: int) -> Indices:
+    """Return the order in which the refined registration goes through n cameras."""
+    return np.random.default_rng(0).permutation(n)
 
 
 def _row(similarity: Similarity) -> Floats:

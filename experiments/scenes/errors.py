@@ -1,9 +1,9 @@
 """Estimation errors: how the estimated cameras depart from the true ones, outliers aside.
 
 Levels compare from one model to the next: sigma_t is the root mean square of the displacement, over
-cameras and axes, in ground-truth units, sigma_r that of the angle of rotation. Where cameras err
-independently this holds in expectation, where they err together (drift, scale drift, bias) in every
-draw. It holds before the alignment, which takes away what looks like a similarity.
+cameras and axes, in ground-truth units, sigma_r the one of the angle of rotation. With independent
+errors this holds in expectation, with common ones (drift, scale drift, bias) in every draw, both
+before the alignment, which removes what looks like a similarity.
 """
 
 from collections.abc import Callable, Mapping

@@ -62,12 +62,13 @@ def make_scene(
     sigma_t: float,
     sigma_r_deg: float,
 ) -> Scene:
-    """Draw a ground truth, and an estimate of it in a world of random scale, rotation and origin.
+    """Draw a ground truth, and an estimate of it in a frame of random scale, rotation and origin.
 
     `sigma_t` is the root mean square of the displacement along each axis, in ground-truth units,
-    `sigma_r_deg` that of the angle of the rotation errors. The defaults are those of Lee and
-    Civera, "Alignment Scores", section 6, with the geometries "cube" and "line"; the other
-    geometries are not in the paper.
+    `sigma_r_deg` the one of the angle of the rotation errors. The defaults are from Lee and Civera,
+    "Alignment Scores", section 6, with the geometries "cube" and "line", whose cameras are a unit
+    apart; other geometries are not in the paper. Where the number of cameras varies, the volume is
+    a tenth of it: the paper's density of 10 cameras per cubed unit.
     """
     gt_rotations, gt_positions = PATHS[geometry](rng, n_cameras, volume)
     rotvecs, displacements = ERRORS[error](

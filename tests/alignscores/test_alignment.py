@@ -69,9 +69,9 @@ def test_least_squares_fits_are_those_of_other_programs():
 
     yaw = Similarity.fit(gt, est, alignment="yaw")
     assert yaw.rotation[2].tolist() == [0, 0, 1]
-    found = np.sum(yaw.position_errors(gt, est) ** 2)
+    cost = np.sum(yaw.position_errors(gt, est) ** 2)
     best = minimize_scalar(squares, bounds=(-np.pi, np.pi), method="bounded").fun
-    assert found == pytest.approx(best, rel=1e-9)
+    assert cost == pytest.approx(best, rel=1e-9)
 
 
 @pytest.mark.parametrize("up", UP)
@@ -106,8 +106,8 @@ def test_yaw_of_rotations_ignores_outliers():
     yaws = np.radians(np.r_[40 + np.linspace(-8, 8, 25), 40 + np.linspace(50, 60, 16)])
     gt = Rotation.random(41, rng=np.random.default_rng(8))
     result = ras(gt, Rotation.from_euler("z", yaws[:, None]) * gt, alignment="yaw")
-    found = Rotation.from_matrix(result.alignment).as_euler("zyx", degrees=True)
-    np.testing.assert_allclose(found, [40, 0, 0], atol=0.2)
+    angles = Rotation.from_matrix(result.alignment).as_euler("zyx", degrees=True)
+    np.testing.assert_allclose(angles, [40, 0, 0], atol=0.2)
 
 
 def test_a_user_supplied_registration_keeps_to_the_alignment():

@@ -65,7 +65,7 @@ def test_on_a_line_the_matrix_of_literal_frames_is_no_rotation_as_a_rule():
         gt = np.arange(-20, 21)[:, None] * direction / np.linalg.norm(direction)
         est = gt + rng.normal(scale=0.05, size=gt.shape)
         generator = np.random.default_rng(seed)
-        found, _ = paper.literal_frames(gt, est, rank=4, n_hypotheses=200, rng=generator)
-        assert found is not None
-        distances.append(np.abs(found.rotation @ found.rotation.T - np.eye(3)).max())
+        fitted, _ = paper.literal_frames(gt, est, rank=4, n_hypotheses=200, rng=generator)
+        assert fitted is not None
+        distances.append(np.abs(fitted.rotation @ fitted.rotation.T - np.eye(3)).max())
     assert np.median(distances) > 1e-3

@@ -81,16 +81,16 @@ MISTAKES = {
 
 @each_pair
 def test_each_mistake_of_convention_is_told_by_its_name(real, pair):
-    found = evaluate(real / pair.reference, real / pair.estimate, missing="ignore").matches
+    matches = evaluate(real / pair.reference, real / pair.estimate, missing="ignore").matches
     wrongs = {
-        "the poses of the estimate seem to be world-to-camera": np.linalg.inv(found.est_poses)
+        "the poses of the estimate seem to be world-to-camera": np.linalg.inv(matches.est_poses)
     }
     for words, mistake in MISTAKES.items():
-        wrongs[words] = found.est_poses.copy()
-        wrongs[words][:, :3, :3] = mistake(found.est_poses[:, :3, :3])
+        wrongs[words] = matches.est_poses.copy()
+        wrongs[words][:, :3, :3] = mistake(matches.est_poses[:, :3, :3])
     usual = {"clock", "low", "apart", "few"}
     for words, wrong in wrongs.items():
-        notes = evaluate(found.gt_poses, wrong, unit=found.unit).notes
+        notes = evaluate(matches.gt_poses, wrong, unit=matches.unit).notes
         (text,) = [note.text for note in notes if note.kind not in usual] or [""]
         assert text.startswith(words)
         assert bool(text) == bool(words)

@@ -1,4 +1,4 @@
-"""Agreement with the values of the published implementation; see `docs/explanation/findings.md`.
+"""Agreement with the values of the published implementation; see `docs/explanation/decisions.md`.
 
 TAS is a distribution there (20 runs); everything else that is compared here is deterministic.
 """
@@ -48,15 +48,15 @@ def test_rotation_score(reference_case):
 @pytest.fixture(scope="module")
 def runs():
     """TAS and the smallest m-th error of a case under our seeds 0, 1, ..., each computed once."""
-    known = {}
+    solved = {}
 
     def compute(case):
-        if case.name not in known:
+        if case.name not in solved:
             results = [tas(case["gt_xyz"], case["est_xyz"], rng=seed) for seed in range(N_SEEDS)]
             costs = [np.sort(result.errors)[case.meta["m"] - 1] for result in results]
             scores = [result.score for result in results]
-            known[case.name] = {"TAS": np.array(scores), "TAS_min_mth_err": np.array(costs)}
-        return known[case.name]
+            solved[case.name] = {"TAS": np.array(scores), "TAS_min_mth_err": np.array(costs)}
+        return solved[case.name]
 
     return compute
 

@@ -62,9 +62,9 @@ def test_smallest_sum_of_squares(noisy_scene, seed, mirrored):
         return float(np.sum(residuals**2))
 
     starts = [np.r_[-math.log(2.5), Rotation.random(rng=rng).as_rotvec(), 0, 0, 0] for _ in "four"]
-    least = min(scipy.optimize.minimize(objective, start).fun for start in starts)
-    assert cost(alignment, gt, est) == pytest.approx(least, rel=1e-6)
-    assert 12 * least_squares_rmse(gt, est) ** 2 == pytest.approx(least, rel=1e-6)
+    lowest = min(scipy.optimize.minimize(objective, start).fun for start in starts)
+    assert cost(alignment, gt, est) == pytest.approx(lowest, rel=1e-6)
+    assert 12 * least_squares_rmse(gt, est) ** 2 == pytest.approx(lowest, rel=1e-6)
 
 
 @pytest.mark.parametrize("which", ["gt", "est", "both"])

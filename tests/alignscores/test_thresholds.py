@@ -202,14 +202,14 @@ def test_missing_cameras_bound_the_score(score, missing):
 
 
 @pytest.mark.parametrize(
-    ("alignment", "score", "least"),
+    ("alignment", "score", "n_needed"),
     [("similarity", 0.5, 5), ("similarity", 0.25, 9), ("rigid", 0.5, 3), ("none", 0.25, 1)],
 )
-def test_cameras_that_any_alignment_fits_have_no_distance(alignment, score, least):
+def test_cameras_that_any_alignment_fits_have_no_distance(alignment, score, n_needed):
     rng = np.random.default_rng(11)
     for n in range(1, 12):
         gt, est = rng.random((2, n, 3))
-        if n < least:
+        if n < n_needed:
             with pytest.warns(AlignmentWarning, match="of them exactly"):
                 distance = tas_distance(gt, est, score, alignment=alignment)
             assert np.isnan(distance)
@@ -217,7 +217,9 @@ def test_cameras_that_any_alignment_fits_have_no_distance(alignment, score, leas
             distance = tas_distance(gt, est, score, alignment=alignment)
             assert distance > 0
         if n >= 3:
-            profile = tas_profile(gt, est, [distance if n >= least else 1.0], alignment=alignment)
+            profile = tas_profile(
+                gt, est, [distance if n >= n_needed else 1.0], alignment=alignment
+            )
             assert profile.unit_at(score) == pytest.approx(distance, rel=0.01, nan_ok=True)
 
 

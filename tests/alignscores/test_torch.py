@@ -68,9 +68,9 @@ def test_tensors_of_torch(scenes, kind):
     gt, est = (torch.tensor(world, dtype=getattr(torch, kind)) for world in scenes)
     est.requires_grad_()
     tolerance = {"float64": 0, "float32": 1e-3, "float16": 0.05, "bfloat16": 0.1}[kind]
-    found = [pas(*scene).score for scene in zip(gt, est, strict=True)]
+    scores = [pas(*scene).score for scene in zip(gt, est, strict=True)]
     expected = [pas(*scene).score for scene in zip(*scenes, strict=True)]
-    np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(scores, expected, rtol=0, atol=tolerance)
 
 
 @pytest.fixture
@@ -89,13 +89,13 @@ def test_the_metric_is_the_mean_over_all_batches(scenes, metric_of):
     metric = metric_of(metrics=["auc@30:vggt"])
     metric.update(gt[:1], est[:1])
     metric.update(gt[1:], est[1:])
-    found = {name: float(value) for name, value in metric.compute().items()}
+    values = {name: float(value) for name, value in metric.compute().items()}
     expected = [pas(*scene, registration="refined") for scene in zip(*scenes, strict=True)]
-    assert found["PAS"] == pytest.approx(np.mean([one.score for one in expected]))
-    assert found["TAS"] == pytest.approx(np.mean([one.tas.score for one in expected]))
-    assert found["RAS"] == pytest.approx(np.mean([one.ras.score for one in expected]))
+    assert values["PAS"] == pytest.approx(np.mean([result.score for result in expected]))
+    assert values["TAS"] == pytest.approx(np.mean([result.tas.score for result in expected]))
+    assert values["RAS"] == pytest.approx(np.mean([result.ras.score for result in expected]))
     aucs = [vggt_auc(g, e, 30) for g, e in zip(*scenes, strict=True)]
-    assert found["auc@30:vggt"] == pytest.approx(np.mean(aucs))
+    assert values["auc@30:vggt"] == pytest.approx(np.mean(aucs))
     metric.reset()
     assert float(metric(gt[:1], est[:1])["PAS"]) == expected[0].score
 

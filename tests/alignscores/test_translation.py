@@ -118,7 +118,11 @@ def test_d_of_camera_rigs_is_the_spacing_of_the_path(rig):
     gt, est = (read_colmap(folder / name) for name in ("ref", "est"))
     assert list(gt.keys) == list(est.keys)
     frames = [Path(name).name for name in gt.keys]
-    result = tas(*(one.poses[:, :3, 3] for one in (gt, est)), groups=frames, registration="refined")
+    result = tas(
+        *(trajectory.poses[:, :3, 3] for trajectory in (gt, est)),
+        groups=frames,
+        registration="refined",
+    )
     assert result.unit == pytest.approx(1.06, abs=0.005)
     assert result.score == pytest.approx(0.70, abs=0.015)
 
@@ -340,9 +344,9 @@ def test_any_unit(registration, alignment, cloud, unit):
     est = gt + rng.normal(scale=0.05, size=gt.shape)
     est[:6] = rng.uniform(-5, 5, (6, 3))
     settings = {"registration": registration, "alignment": alignment}
-    expected, found = (tas(u * gt, u * est, **settings) for u in (1, unit))
+    expected, scaled = (tas(u * gt, u * est, **settings) for u in (1, unit))
     assert 0.3 < expected.score < 0.8
-    assert found.score == pytest.approx(expected.score, abs=0.001)
+    assert scaled.score == pytest.approx(expected.score, abs=0.001)
     if unit > 1:  # smaller distances than the smallest normal number are 0
         distances = [tas_distance(u * gt, u * est, **settings) / u for u in (1, unit)]
         assert distances[1] == pytest.approx(distances[0], rel=1e-3)

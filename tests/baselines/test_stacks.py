@@ -50,8 +50,8 @@ def test_stacks(stacks, metric, columns):
 
 def test_pairs_are_counted_in_several_ways_at_once(stacks):
     gt, est = stacks
-    found = maa(gt, est, max_threshold_deg=[10, 5, 20], fold_sign=[False, True, True])
-    assert found.shape == (2, 3, 3)
+    values = maa(gt, est, max_threshold_deg=[10, 5, 20], fold_sign=[False, True, True])
+    assert values.shape == (2, 3, 3)
     for way, (largest, fold) in enumerate([(10, False), (5, True), (20, True)]):
         expected = maa(gt, est, max_threshold_deg=largest, fold_sign=fold)
-        np.testing.assert_array_equal(found[..., way], expected)
+        np.testing.assert_array_equal(values[..., way], expected)

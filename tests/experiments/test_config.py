@@ -47,11 +47,13 @@ def test_wrong_settings_are_named_in_one_line(override, problem):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("kind", ["cluster", "frozen", "diverging", "missing"])
-def test_outliers_that_leave_too_few_cameras_are_refused(kind):
-    settings = ["experiment=outliers", f"outliers={kind}", "n_cameras=[20]"]
-    assert load_sweep([*settings, "n_outliers=[16]"]).outliers == kind
-    with pytest.raises(ConfigError, match=f"'n_outliers' must leave at least 4 .* outliers={kind}"):
+@pytest.mark.parametrize("outliers", ["cluster", "frozen", "diverging", "missing"])
+def test_outliers_that_leave_too_few_cameras_are_refused(outliers):
+    settings = ["experiment=outliers", f"outliers={outliers}", "n_cameras=[20]"]
+    assert load_sweep([*settings, "n_outliers=[16]"]).outliers == outliers
+    with pytest.raises(
+        ConfigError, match=f"'n_outliers' must leave at least 4 .* outliers={outliers}"
+    ):
         load([*settings, "n_outliers=[17]"])
 
 

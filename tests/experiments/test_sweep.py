@@ -78,7 +78,7 @@ def test_sweeps_are_joined_in_one_table(small, trials):
     keys = ["n_outliers", "sigma_t", "trial"]
     whole, ours = trials.set_index(keys), table[:9].set_index(keys)
     for metric in ("TAS", "ATE"):
-        found = ours[metric].dropna()
-        assert len(found) == 6
-        assert (found == whole[metric].loc[found.index]).all()
+        values = ours[metric].dropna()
+        assert len(values) == 6
+        assert (values == whole[metric].loc[values.index]).all()
     assert table["RAS"].notna().tolist() == [False] * 9 + [True] * 4

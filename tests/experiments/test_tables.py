@@ -64,8 +64,8 @@ CHANGED = "was changed, or outliers.json is not its record"
 
 def test_a_changed_table_is_refused(table):
     content = table.read_bytes()
-    place = content.rindex(b".") + 1
-    table.write_bytes(content[:place] + b"7" + content[place:])
+    index = content.rindex(b".") + 1
+    table.write_bytes(content[:index] + b"7" + content[index:])
     assert refusal(table, table).startswith(CHANGED)
 
 

@@ -41,6 +41,6 @@ def draw(run):
     def draw_few(name, *overrides):
         function, experiments = FIGURES[name]
         trials = [run(experiment, *overrides) for experiment in experiments]
-        return function(*(one.sweep if name == "histogram" else one.table for one in trials))
+        return function(*(entry.sweep if name == "histogram" else entry.table for entry in trials))
 
     return draw_few

@@ -19,19 +19,21 @@ def trials(run):
 def test_the_percentages_are_those_of_the_ranges(trials):
     table = captions(trials)
     assert len(table) == 14
-    few = trials[trials["experiment"] == "combined"]
+    combined = trials[trials["experiment"] == "combined"]
     row = table[table["figure"].eq("6") & table["metric"].eq("PAS")].iloc[0]
     assert row["comparison"] == "σr of 9° against 1°"
     assert row["paper"] == 13
-    before, after = (few.loc[few["sigma_r_deg"] == level, "PAS"] for level in (1, 9))
+    before, after = (combined.loc[combined["sigma_r_deg"] == level, "PAS"] for level in (1, 9))
     widths = [max(values) - min(values) for values in (before, after)]
     assert row["all_trials"] == pytest.approx(100 * (widths[1] / widths[0] - 1))
     means = [
         [
-            few.loc[few["sigma_r_deg"].eq(level) & few["sigma_t"].eq(noise), "PAS"].mean()
+            combined.loc[
+                combined["sigma_r_deg"].eq(level) & combined["sigma_t"].eq(noise), "PAS"
+            ].mean()
             for noise in noises
         ]
-        for level, noises in dict.fromkeys((1, 9), few["sigma_t"].unique()).items()
+        for level, noises in dict.fromkeys((1, 9), combined["sigma_t"].unique()).items()
     ]
     widths = [max(values) - min(values) for values in means]
     assert row["means"] == pytest.approx(100 * (widths[1] / widths[0] - 1))

@@ -124,7 +124,7 @@ def test_what_varies_has_the_axes(run, changes, x, key, curves):
     figure.draw_without_rendering()
     (axes,) = figure.axes
     assert axes.get_xlabel() == x
-    assert [one.get_title().get_text() for one in keys(figure)] == [key]
+    assert [legend.get_title().get_text() for legend in keys(figure)] == [key]
     assert len(axes.lines) == curves
 
 
@@ -138,9 +138,9 @@ def test_each_combination_of_the_other_settings_has_panels(run):
     assert len(figure.axes) == 8
     (explained,) = figure.legends
     assert "min to max of 3 trials" in texts(explained)
-    many = pd.concat([trials.assign(settings=f"seed={seed}") for seed in range(13)])
+    repeated = pd.concat([trials.assign(settings=f"seed={seed}") for seed in range(13)])
     with pytest.raises(ValueError, match="13 combinations of settings do not fit"):
-        draw_trials(many)
+        draw_trials(repeated)
 
 
 def test_other_metrics_are_drawn_and_missing_values_are_counted(run):

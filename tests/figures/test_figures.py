@@ -23,10 +23,10 @@ def test_texts_are_legible_and_neither_clipped_nor_in_each_others_way(draw, name
         assert text.get_fontsize() >= 6, text
         assert (box.min >= figure.bbox.min).all(), text
         assert (box.max <= figure.bbox.max).all(), text
-    least, most = (np.array([getattr(box, end) for _, box in boxes]) for end in ("min", "max"))
-    overlaps = np.minimum(most, most[:, None]) - np.maximum(least, least[:, None])
+    lower, upper = (np.array([getattr(box, end) for _, box in boxes]) for end in ("min", "max"))
+    overlaps = np.minimum(upper, upper[:, None]) - np.maximum(lower, lower[:, None])
     pairs = np.argwhere(np.triu(overlaps.min(axis=2) > 2, k=1))  # pixels of 1/100 inch: margins
-    assert [(boxes[one][0], boxes[other][0]) for one, other in pairs] == []
+    assert [(boxes[first][0], boxes[other][0]) for first, other in pairs] == []
 
 
 def texts(figure):
@@ -38,5 +38,5 @@ def texts(figure):
         for tick in axis.get_major_ticks()
         if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
     }
-    found = set(figure.findobj(Text)) - hidden
-    return [text for text in found if text.get_visible() and text.get_text()]
+    texts = set(figure.findobj(Text)) - hidden
+    return [text for text in texts if text.get_visible() and text.get_text()]

@@ -43,8 +43,8 @@ def test_it_writes_both_files_the_same_bytes_in_another_process(table, tmp_path,
 def test_all_figures_of_the_paper_are_drawn_from_a_folder(run, tmp_path, capsys):
     trials, figures = tmp_path / "trials", tmp_path / "figures"
     for experiment in {name for _, names in paper.FIGURES.values() for name in names}:
-        one = run(experiment)
-        write_trials(trials / f"{experiment}.csv", one.table, one.record.sweeps)
+        result = run(experiment)
+        write_trials(trials / f"{experiment}.csv", result.table, result.record.sweeps)
     assert main(["paper", str(trials), "--output", str(figures)]) == 0
     expected = {figures / f"{name}.{end}" for name in paper.FIGURES for end in ("pdf", "png")}
     assert set(figures.iterdir()) == expected
@@ -55,16 +55,16 @@ def test_all_figures_of_the_paper_are_drawn_from_a_folder(run, tmp_path, capsys)
 
 
 def test_any_table_is_drawn_next_to_it_and_nothing_is_replaced(table, tmp_path, capsys):
-    own = tmp_path / "own.csv"
-    pd.read_csv(table).query("n_outliers == 10").assign(mine=1.0).to_csv(own)  # with an index
-    assert main([str(own)]) == 0
+    copied = tmp_path / "own.csv"
+    pd.read_csv(table).query("n_outliers == 10").assign(mine=1.0).to_csv(copied)  # with an index
+    assert main([str(copied)]) == 0
     assert capsys.readouterr().out.splitlines() == [str(tmp_path / "own.png")]
-    before = own.read_bytes(), (tmp_path / "own.png").read_bytes()
-    assert main([str(own)]) == 1
+    before = copied.read_bytes(), (tmp_path / "own.png").read_bytes()
+    assert main([str(copied)]) == 1
     assert "own.png exists, and is not replaced; name a file" in capsys.readouterr().err
-    assert (own.read_bytes(), (tmp_path / "own.png").read_bytes()) == before
+    assert (copied.read_bytes(), (tmp_path / "own.png").read_bytes()) == before
     named = tmp_path / "other.pdf"
-    assert main([str(own), "--output", str(named)]) == 0
+    assert main([str(copied), "--output", str(named)]) == 0
     assert named.exists()
     capsys.readouterr()
 
@@ -83,8 +83,8 @@ def refused(capsys, tmp_path, *arguments):
 def test_what_draws_nothing_and_other_tables_are_refused(table, tmp_path, capsys):
     for name in ("figures.paper:nope", "figures.nope:draw"):
         assert refused(capsys, tmp_path, name, table) == f"{name} draws no figure"
-    found = refused(capsys, tmp_path, "outliers", table, table)
-    assert found == "outliers is not drawn from 2 tables"
+    message = refused(capsys, tmp_path, "outliers", table, table)
+    assert message == "outliers is not drawn from 2 tables"
     assert refused(capsys, tmp_path, "nope", table).startswith("unknown figure nope; the paper's")
     assert refused(capsys, tmp_path, "rotations", table) == f"{table} has no column Median-1"
 
@@ -96,8 +96,8 @@ def test_a_table_at_fault_is_named_in_one_line_and_stays(table, tmp_path, capsys
     changed = tmp_path / "changed.csv"
     changed.write_bytes(table.read_bytes() + b"\n")
     changed.with_suffix(".json").write_bytes(table.with_suffix(".json").read_bytes())
-    found = refused(capsys, tmp_path, "outliers", changed)
-    assert found.startswith(f"{changed} was changed, or changed.json is not its record")
+    message = refused(capsys, tmp_path, "outliers", changed)
+    assert message.startswith(f"{changed} was changed, or changed.json is not its record")
     other = tmp_path / "other.csv"
     other.write_text("a,b\n1,2\n3,4,5\n")
     assert refused(capsys, tmp_path, other).startswith(f"{other} cannot be read (")

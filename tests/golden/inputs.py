@@ -17,7 +17,7 @@ def scene(index, alignment="similarity"):
     """Return ground truth and estimate (n, 4, 4), in frames that differ by what is aligned."""
     n = (5, 10, 20, 50, 150)[index % 5]
     path = ("cube", "line", "loop")[index // 5 % 3]
-    kind = ("noise", "outliers", "missing", "far")[index // 15]
+    fault = ("noise", "outliers", "missing", "far")[index // 15]
     rng = np.random.default_rng(index)
     t = np.linspace(0, 1, n)
     positions = {
@@ -27,11 +27,11 @@ def scene(index, alignment="similarity"):
     }[path]
     gt = poses(Rotation.from_quat(rng.normal(size=(n, 4))), positions)
     est = disturbed(gt, rng, 0.02, 2.0)
-    if kind in ("outliers", "far"):
-        k = n // (3 if kind == "outliers" else 10)
+    if fault in ("outliers", "far"):
+        k = n // (3 if fault == "outliers" else 10)
         est[n - k :, :3, 3] = rng.uniform(-5, 5, (k, 3))
         est[n - k :, :3, :3] = Rotation.from_quat(rng.normal(size=(n, 4)))[:k].as_matrix()
-    if kind == "missing":
+    if fault == "missing":
         est[::5] = np.nan
     frame = np.eye(4)
     if alignment == "yaw":
@@ -39,7 +39,7 @@ def scene(index, alignment="similarity"):
     elif alignment != "none":
         frame[:3, :3] = Rotation.from_quat(rng.normal(size=4)).as_matrix()
     if alignment != "none":
-        frame[:3, 3] = rng.normal(scale=1000 if kind == "far" else 3, size=3)
+        frame[:3, 3] = rng.normal(scale=1000 if fault == "far" else 3, size=3)
     est = frame @ est
     est[:, :3, 3] *= 2.5 if alignment == "similarity" else 1.0
     return gt, est

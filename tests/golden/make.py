@@ -55,27 +55,27 @@ EXPERIMENTS = """
 
 def formats(folder):
     """The JSON of the command for every format in ``tests/data``."""
-    found = {}
+    results = {}
     for form, files in FILES.items():
         with redirect_stdout(io.StringIO()) as printed:
             command([form, *(str(EXAMPLES / file) for file in files), "--json"])
-        found[form] = json.loads(printed.getvalue())["results"]
-    return flat(found)
+        results[form] = json.loads(printed.getvalue())["results"]
+    return flat(results)
 
 
 def scenes(folder):
     """Scores, and the distance and angle of half a score: a list over the scenes for each."""
-    found = {}
+    results = {}
     for alignment in ALIGNMENTS:
         rows = [_scores(*scene(index, alignment), alignment) for index in range(N_SCENES)]
-        found[alignment] = {key: [row[key] for row in rows] for key in rows[0]}
-    return flat(found)
+        results[alignment] = {key: [row[key] for row in rows] for key in rows[0]}
+    return flat(results)
 
 
 def _scores(gt, est, alignment):
     positions, rotations = (gt[:, :3, 3], est[:, :3, 3]), (gt[:, :3, :3], est[:, :3, :3])
     angles = ras(*rotations, alignment=alignment)
-    found = {
+    results = {
         "unit": closest_pair_quartile(positions[0]),
         "ras": float(angles),
         "median angle": median(angles.errors),
@@ -84,30 +84,30 @@ def _scores(gt, est, alignment):
     for registration in ("pcr99", "refined"):
         options = {"registration": registration, "alignment": alignment}
         result = tas(*positions, **options)
-        found |= {
+        results |= {
             f"{registration} tas": float(result),
             f"{registration} pas": float(pas(gt, est, **options)),
             f"{registration} median error": median(result.errors),
             f"{registration} distance": tas_distance(*positions, **options),
         }
-    return found
+    return results
 
 
 def protocols(folder):
     """Metrics of other projects, on the scenes that are 20 and 50 cameras."""
-    found = {}
+    results = {}
     for index in (2, 3, 12, 13, 17, 18, 32, 33, 43, 48):
         files = folder / "gt.npy", folder / "est.npy"
         for file, poses in zip(files, scene(index), strict=True):
             np.save(file, poses)
         result = evaluate(*files, format="arrays", metrics=METRICS)
-        found[f"scene {index}"] = result.to_dict()["metrics"]
-    return flat(found)
+        results[f"scene {index}"] = result.to_dict()["metrics"]
+    return flat(results)
 
 
 def baselines(folder):
     """The paper's baselines, on the scenes where all cameras are estimated."""
-    found = {}
+    results = {}
     for index in (*range(30), *range(45, 60)):
         gt, est = scene(index)
         rotations = gt[:, :3, :3], est[:, :3, :3]
@@ -119,58 +119,60 @@ def baselines(folder):
             **rotation_statistics(*rotations),
         }
         for key, value in row.items():
-            found.setdefault(key, []).append(value)
-    return flat(found)
+            results.setdefault(key, []).append(value)
+    return flat(results)
 
 
 def trials(folder):
     """The tables of the eight experiments at two trials a cell: a list for each column."""
-    found = {}
+    results = {}
     for name in EXPERIMENTS:
         table = run_sweeps([load_sweep([f"experiment={name}", "trials=2"])])
         for column in table.columns[table.columns.get_loc("n_cameras") :]:
-            found[f"{name}/{column}"] = table[column].astype(float).tolist()
-    return flat(found)
+            results[f"{name}/{column}"] = table[column].astype(float).tolist()
+    return flat(results)
 
 
 def made_runs(folder):
     """`evaluate` and `compare` on runs with time stamps that are drawn."""
     write_made_runs(folder)
-    found = {}
+    results = {}
     for system in ("frames", "keyframes", "late"):
         files = folder / "hall/groundtruth.txt", folder / f"hall/{system}/0.txt"
-        found[system] = evaluate(*files, format="tum", metrics=TIMED).to_dict()
-        found[f"{system}, pcr99"] = evaluate(
+        results[system] = evaluate(*files, format="tum", metrics=TIMED).to_dict()
+        results[f"{system}, pcr99"] = evaluate(
             *files, format="tum", registration="pcr99", repeat=3
         ).to_dict()
-        found[f"{system}, t_offset"] = evaluate(*files, format="tum", t_offset="auto").to_dict()
-    return flat(found) | _compared(folder)
+        results[f"{system}, t_offset"] = evaluate(*files, format="tum", t_offset="auto").to_dict()
+    return flat(results) | _compared(folder)
 
 
 def real_runs(folder):
     """`evaluate` and `compare` on pieces of real runs; their origin: ``shared/real``."""
     write_real_runs(folder)
-    found = {}
+    results = {}
     for estimate in ("ORB", "ORB_kf_mono"):
         files = folder / "fr2_desk/groundtruth.txt", folder / f"fr2_desk/{estimate}.txt"
-        found[f"fr2_desk {estimate}"] = evaluate(*files, format="tum", metrics=TIMED).to_dict()
+        results[f"fr2_desk {estimate}"] = evaluate(*files, format="tum", metrics=TIMED).to_dict()
     for estimate in ("ORB", "SPTAM"):
         files = folder / "KITTI_00/gt.txt", folder / f"KITTI_00/{estimate}.txt"
-        found[f"KITTI_00 {estimate}"] = evaluate(*files, format="kitti", metrics=KITTI).to_dict()
+        results[f"KITTI_00 {estimate}"] = evaluate(*files, format="kitti", metrics=KITTI).to_dict()
     for sequence in SEQUENCES:
         for system in ("vislam_ba", "vislam_rp", "vio_mono"):
             files = folder / sequence / "groundtruth.txt", folder / sequence / system / "0.txt"
-            found[f"{sequence} {system}"] = evaluate(*files, format="tum", metrics=TIMED).to_dict()
-            found[f"{sequence} {system}, yaw"] = evaluate(
+            results[f"{sequence} {system}"] = evaluate(
+                *files, format="tum", metrics=TIMED
+            ).to_dict()
+            results[f"{sequence} {system}, yaw"] = evaluate(
                 *files, format="tum", alignment="yaw"
             ).to_dict()
-    return flat(found) | _compared(folder)
+    return flat(results) | _compared(folder)
 
 
 def _compared(folder):
     patterns = "{sequence}/groundtruth.txt", "{sequence}/{system}/{run}.txt"
-    found = compare(*(f"{folder}/{pattern}" for pattern in patterns), format="tum").to_dict()
-    return flat({key: found[key] for key in ("summary", "pairs")}, "compare")
+    compared = compare(*(f"{folder}/{pattern}" for pattern in patterns), format="tum").to_dict()
+    return flat({key: compared[key] for key in ("summary", "pairs")}, "compare")
 
 
 RESULTS = {
@@ -216,8 +218,8 @@ def main(names):
     """Write the files that are named, by default all."""
     for name in names or RESULTS:
         with TemporaryDirectory() as folder:
-            found = RESULTS[name](Path(folder))
-        lines = (f"{json.dumps(key)}: {json.dumps(value)}" for key, value in found.items())
+            results = RESULTS[name](Path(folder))
+        lines = (f"{json.dumps(key)}: {json.dumps(value)}" for key, value in results.items())
         (FOLDER / f"{name}.json").write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
 

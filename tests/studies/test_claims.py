@@ -33,8 +33,8 @@ def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more():
     for key, sweep in planned.items():
         assert set().union(*wanted[key].values()) == set(sweep.metrics)
     # Single cells, worked out by hand.
-    few = wanted["maa_vs_pas_outliers", ()]
-    assert {cell.n_outliers for cell in few if cell.sigma_t in (0.02, 0.08)} == {0, 50}
+    fewer = wanted["maa_vs_pas_outliers", ()]
+    assert {cell.n_outliers for cell in fewer if cell.sigma_t in (0.02, 0.08)} == {0, 50}
     large = "trajectory_length", ("volume_per_camera=10",)
     assert planned[large].volume_per_camera == 10
     assert {metric for metrics in wanted[large].values() for metric in metrics} == {
@@ -69,7 +69,7 @@ def test_settings_that_leave_claims_undecided_are_refused(override, problem):
 
 
 @pytest.mark.parametrize(
-    ("change", "least"),
+    ("change", "minimum"),
     [
         ({"level": ["n_cameras"]}, 2),
         ({"level": ["sigma_t", "n_cameras"]}, 2),
@@ -84,10 +84,10 @@ def test_settings_that_leave_claims_undecided_are_refused(override, problem):
         ),
     ],
 )
-def test_a_claim_needs_levels_to_compare(change, least):
+def test_a_claim_needs_levels_to_compare(change, minimum):
     """Else it would have a verdict on nothing, after all trials."""
     name = "outliers-tas-discerns"
-    with pytest.raises(ConfigError, match=f"'{name}' compares levels of .*, at least {least} of"):
+    with pytest.raises(ConfigError, match=f"'{name}' compares levels of .*, at least {minimum},"):
         needed_cells(replace(CLAIMS.claims[name], **change), load_sweep(["experiment=outliers"]))
 
 
@@ -169,8 +169,8 @@ def test_every_reading_has_both_verdicts():
     """Single trials scatter less under outliers; their means rise with the noise all the same."""
     table = trials_of([0, 50], "mAA", shrunk_by=0.74)
     decisions = [decision for decision in CLAIMS.decisions if decision.id in ("range", "volume")]
-    few = {"a": NUMBER, "b": replace(NUMBER, implied_by=["a"])}
-    claims = replace(CLAIMS, claims=few, decisions=decisions, replicates_of_readings=2)
+    subset = {"a": NUMBER, "b": replace(NUMBER, implied_by=["a"])}
+    claims = replace(CLAIMS, claims=subset, decisions=decisions, replicates_of_readings=2)
     verdicts, readings, _ = decide(claims, [{NUMBER.trials: table}] * 3)
     assert verdicts["ours"].tolist() == pytest.approx([-74, -74], abs=0.01)
     assert verdicts["verdict"].tolist() == ["reproduced"] * 2
@@ -183,7 +183,7 @@ def test_every_reading_has_both_verdicts():
 
 def test_a_reading_may_have_more_replicates_than_the_others():
     table = trials_of([0, 50], "mAA", shrunk_by=0.74)
-    (decision,) = [one for one in CLAIMS.decisions if one.id == "range"]
+    (decision,) = [entry for entry in CLAIMS.decisions if entry.id == "range"]
     longer = replace(decision.readings[1], replicates=3)
     decision = replace(decision, readings=[decision.readings[0], longer])
     claims = replace(CLAIMS, claims={"a": NUMBER}, decisions=[decision], replicates_of_readings=2)
@@ -195,9 +195,9 @@ def test_a_statement_is_reproduced_if_all_of_its_claims_are():
     words = ["reproduced", "inconclusive", "not reproduced", "reproduced"]
     table = pd.DataFrame({"sentence": list("aabb"), "verdict": words, "population": "true"})
     table = table.assign(source="Figure 2", implied_by=[None, None, None, "x"])
-    found = statements(table)
-    assert found["verdict"].tolist() == ["inconclusive", "not reproduced"]
-    assert found["claims"].tolist() == [2, 1]
+    summary = statements(table)
+    assert summary["verdict"].tolist() == ["inconclusive", "not reproduced"]
+    assert summary["claims"].tolist() == [2, 1]
 
 
 def test_trials_of_all_replicates_are_pooled():
@@ -220,23 +220,23 @@ def test_other_bounds_change_verdicts():
         decisions=[],
     )
     table = trials_of([0, 50], "mAA", shrunk_by=0.1)
-    *_, found = decide(claims, [{NUMBER.trials: table}] * 2)
-    assert found["other"].tolist() == [5, 15]
-    assert found["claims"].tolist() == [1, 1]  # not the one without a bound
-    assert found["changed"].tolist() == [1, 0]
-    assert found["changes"].tolist() == ["moves: not reproduced", ""]
+    *_, decided = decide(claims, [{NUMBER.trials: table}] * 2)
+    assert decided["other"].tolist() == [5, 15]
+    assert decided["claims"].tolist() == [1, 1]  # not the one without a bound
+    assert decided["changed"].tolist() == [1, 0]
+    assert decided["changes"].tolist() == ["moves: not reproduced", ""]
 
 
 def test_the_page_begins_with_what_is_not_reproduced_and_has_every_claim():
     names = ("outliers-range-maa", "outliers-tas-discerns-outliers", "line-range-pas-outliers")
-    few = {name: CLAIMS.claims[name] for name in names}
+    subset = {name: CLAIMS.claims[name] for name in names}
     table = pd.DataFrame(
         [
             {key: getattr(claim, key) for key in ("id", "source", "sentence", "statement", "unit")}
             | {"paper": claim.paper, "criterion": claim.criterion, "statistic": claim.describe()}
             | {"implied_by": None, "replicates": 20, "ours": -48.4, "low": -53.0, "high": -44.0}
             | {"mean_low": -50.0, "mean_high": -46.0, "population": "true", "verdict": "reproduced"}
-            for claim in few.values()
+            for claim in subset.values()
         ]
     )
     table.loc[2, ["verdict", "population"]] = ["not reproduced", "false"]

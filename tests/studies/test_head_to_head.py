@@ -26,17 +26,17 @@ def test_metrics_are_ranked_by_the_order_of_neighbours(make_up):
     table = compare_orders({"trajectory_length": trials})
     assert [name for name in undescribed(compare_orders, table) if not name.startswith("at ")] == []
     assert list(table["metric"]) == ["ATE", "mAA", "TAS", "DTE"]
-    found = table.set_index("metric")
-    assert found.loc["ATE", ["order", "trials", "at 5 cameras"]].tolist() == [100, 6, 100]
-    assert np.isnan(found.loc["ATE", "p"])
-    assert found.loc["DTE", "order"] == pytest.approx(50, abs=10)
-    assert found.loc["DTE", "trials"] > 100
-    assert found.loc["DTE", "p"] < 0.001
-    assert found.loc["DTE", "difference"] == pytest.approx(found.loc["DTE", "order"] - 100)
+    ranking = table.set_index("metric")
+    assert ranking.loc["ATE", ["order", "trials", "at 5 cameras"]].tolist() == [100, 6, 100]
+    assert np.isnan(ranking.loc["ATE", "p"])
+    assert ranking.loc["DTE", "order"] == pytest.approx(50, abs=10)
+    assert ranking.loc["DTE", "trials"] > 100
+    assert ranking.loc["DTE", "p"] < 0.001
+    assert ranking.loc["DTE", "difference"] == pytest.approx(ranking.loc["DTE", "order"] - 100)
     # Normal steps of 1 with a scatter of 1 and of 1/2: orders of 76 and 92 %.
     at = ["order", "at 5 cameras", "at 10 cameras"]
-    assert found.loc["mAA", at].tolist() == pytest.approx([84, 76, 92], abs=6)
-    assert found.loc["mAA", at].tolist() == found.loc["TAS", at].tolist()
+    assert ranking.loc["mAA", at].tolist() == pytest.approx([84, 76, 92], abs=6)
+    assert ranking.loc["mAA", at].tolist() == ranking.loc["TAS", at].tolist()
 
 
 def test_the_order_at_each_number_of_outliers(make_up):
@@ -73,6 +73,6 @@ def test_scores_of_the_same_trials_are_joined(make_up):
 
 
 def test_tables_of_other_trials_are_not_joined(make_up):
-    few, more = (load_sweep(["experiment=combined", f"trials={n}"]) for n in (2, 3))
+    shorter, more = (load_sweep(["experiment=combined", f"trials={n}"]) for n in (2, 3))
     with pytest.raises(TableError, match="has other settings than"):
-        joined([make_up(sweep, value=fraction) for sweep in (few, more)])
+        joined([make_up(sweep, value=fraction) for sweep in (shorter, more)])

@@ -73,7 +73,7 @@ def test_claims_have_verdicts_and_decisions(make_up, written, tmp_path, line):
     sweeps = [replace(sweep, trials=2) for sweep in plan(CLAIMS.needed(0))]
     paths = written(
         {
-            str(k): make_up(*(replace(one, replicate=k) for one in sweeps), value=worsens, seed=k)
+            str(k): make_up(*(replace(each, replicate=k) for each in sweeps), value=worsens, seed=k)
             for k in range(2)
         }
     )

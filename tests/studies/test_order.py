@@ -38,9 +38,9 @@ def test_order_is_the_share_of_right_pairs_of_neighbours():
 
 def test_no_rising_rescaling_changes_the_order():
     values = np.random.default_rng(0).normal([[0], [1], [2]], size=(3, 20))
-    found = order(*values)
+    result = order(*values)
     for rescaled in (np.exp(values), values**3, -1 / np.exp(values)):
-        assert order(*rescaled) == found
+        assert order(*rescaled) == result
         table = table_of(ATE=values.ravel(), DTE=rescaled.ravel())
         task = within(table, "sigma_t")
         assert estimate(task.shares("ATE") - task.shares("DTE")) == Order(0, 0)
@@ -49,14 +49,14 @@ def test_no_rising_rescaling_changes_the_order():
 @pytest.mark.parametrize("paired", [False, True])
 def test_the_error_of_an_order_is_its_scatter_from_study_to_study(paired):
     rng = np.random.default_rng(1)
-    found = []
+    estimates = []
     for _ in range(400):
         noise = rng.normal([[0], [1], [1.5]], size=(3, 100))
         other = noise + rng.normal(scale=0.5, size=noise.shape)
         task = within(table_of(ATE=noise.ravel(), DTE=other.ravel()), "sigma_t")
-        found.append(estimate(task.shares("ATE") - paired * task.shares("DTE")))
-    scatter = np.std([each.probability for each in found])
-    assert np.mean([each.error for each in found]) == pytest.approx(scatter, rel=0.1)
+        estimates.append(estimate(task.shares("ATE") - paired * task.shares("DTE")))
+    scatter = np.std([each.probability for each in estimates])
+    assert np.mean([each.error for each in estimates]) == pytest.approx(scatter, rel=0.1)
     assert order([1], [2]).error == math.inf  # one trial tells nothing of it
 
 
@@ -67,8 +67,8 @@ def test_trials_needed_find_the_difference_as_often_as_they_should():
     assert n == np.ceil((1.959964 + 0.841621) ** 2 / (6 * (probability - 0.5) ** 2))
     rng = np.random.default_rng(0)
     samples = rng.normal(size=(2, 1000, int(n))) + np.array([0.8, 0])[:, None, None]
-    found = stats.mannwhitneyu(*samples, axis=1).pvalue < 0.05
-    assert found.mean() == pytest.approx(0.8, abs=0.05)
+    significant = stats.mannwhitneyu(*samples, axis=1).pvalue < 0.05
+    assert significant.mean() == pytest.approx(0.8, abs=0.05)
     assert trials_needed(0.4) == math.inf
 
 
@@ -80,8 +80,8 @@ def test_what_has_no_value_cannot_be_put_in_order():
 
 
 def test_an_interval_and_a_p_value_come_of_one_error():
-    found = Order(0.6, 0.05)
-    assert found.interval == pytest.approx((0.502, 0.698), abs=1e-3)
+    estimate = Order(0.6, 0.05)
+    assert estimate.interval == pytest.approx((0.502, 0.698), abs=1e-3)
     assert Order(-0.1, 0.05).p_value == Order(0.1, 0.05).p_value == pytest.approx(0.0455, abs=1e-4)
     # Without an error a difference is certain, and none is none.
     assert (Order(0.1, 0).p_value, Order(0, 0).p_value) == (0, 1)

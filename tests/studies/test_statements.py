@@ -39,16 +39,16 @@ def test_a_reading_changes_what_it_names_alone():
     assert pooled.of(claims["outliers-range-maa"]).metric == "mAA(pooled=true)"
     assert pooled.of(claims["outliers-tas-consistent"]).versus == "mAA(pooled=true)"
     assert pooled.of(claims["outliers-range-tas"]) == claims["outliers-range-tas"]
-    own = replace(claims["outliers-range-maa"], metric="mAA(pooled=false)")
-    assert pooled.of(own) == own
+    changed = replace(claims["outliers-range-maa"], metric="mAA(pooled=false)")
+    assert pooled.of(changed) == changed
     on_lines = Reading("ray", experiments=["collinear"], settings=["geometry=ray"])
     assert on_lines.of(claims["collinear-maa-weak"]).settings == ["geometry=ray"]
     assert on_lines.of(claims["line-maa-discerns"]) == claims["line-maa-discerns"]
     everywhere = Reading("all noise", everywhere=True)
     assert everywhere.of(claims["length-tas-much-below-dte"]).at == {}
-    few = Reading("0, 1, 50", where={"n_outliers": [0, 1, 50]})
+    reading = Reading("0, 1, 50", where={"n_outliers": [0, 1, 50]})
     beats = claims["outliers-tas-beats-dte"]
-    assert few.of(beats).where == {**beats.where, "n_outliers": [1, 50]}
+    assert reading.of(beats).where == {**beats.where, "n_outliers": [1, 50]}
     ordered = Reading("order", statistics={"size of range change": "size of order change"})
     assert ordered.of(claims["outliers-tas-consistent"]).statistic == "size of order change"
     means = Reading("means", of_means=True)
@@ -69,7 +69,7 @@ DECISION = ["decisions", 0]
 
 
 @pytest.mark.parametrize(
-    ("place", "value", "problem"),
+    ("keys", "value", "problem"),
     [
         (["groups"], ..., "groups is missing"),
         (["groups", 0], "Figure 2", "groups.0 needs key: value"),
@@ -97,9 +97,9 @@ DECISION = ["decisions", 0]
     ],
     ids=str,
 )
-def test_a_broken_file_is_refused_in_one_line(tmp_path, place, value, problem):
+def test_a_broken_file_is_refused_in_one_line(tmp_path, keys, value, problem):
     content = deepcopy(CONTENT)
-    *parents, last = place
+    *parents, last = keys
     parent = content
     for key in parents:
         parent = parent[key]
@@ -111,6 +111,6 @@ def test_a_broken_file_is_refused_in_one_line(tmp_path, place, value, problem):
     path.write_text(json.dumps(content))  # JSON is YAML, and sooner written
     with pytest.raises(ConfigError) as caught:
         load_claims(path=path)
-    _, _, found = str(caught.value).partition("claims.yaml: ")
-    assert found.startswith(problem)
-    assert "\n" not in found
+    _, _, message = str(caught.value).partition("claims.yaml: ")
+    assert message.startswith(problem)
+    assert "\n" not in message

@@ -43,8 +43,8 @@ def test_power_takes_the_smallest_the_largest_or_the_mean(take, value, of_both):
     assert both == pytest.approx([1, 0, -1, -1])
     turned = statistics.improvement(table, "ATE", ["sigma_t", "n_outliers"], take)
     assert turned == pytest.approx({"smallest": -1, "largest": 1, "mean": 0.25}[take])
-    found = statistics.power(table, "ATE", ["sigma_t", "n_outliers"], take)
-    assert found == pytest.approx(np.mean(both) if take == "mean" else of_both)
+    result = statistics.power(table, "ATE", ["sigma_t", "n_outliers"], take)
+    assert result == pytest.approx(np.mean(both) if take == "mean" else of_both)
 
 
 def test_dependence_is_a_share_of_the_range_of_means():

@@ -80,8 +80,8 @@ def test_dependence_on_the_length_is_a_share_of_what_the_noise_moves(make_up, sh
         level = table["sigma_t"].rank(method="dense") - 1  # from 0 to 9
         for metric in (metric for metric in names if EXPERIMENTS_OF[metric][2] == name):
             table[metric] = level + hump * (table["n_cameras"] == 40)
-    found = compare(trials).set_index(["metric", "property"])
-    assert (found.loc[(names, LONG), "ours"] == answer).all()
+    answers = compare(trials).set_index(["metric", "property"])
+    assert (answers.loc[(names, LONG), "ours"] == answer).all()
 
 
 def test_the_ate_alone_needs_metric_scale(table):

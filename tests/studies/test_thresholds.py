@@ -97,8 +97,8 @@ def test_effects_are_the_statistics_of_the_trials(table, tables):
         ("outliers", "n_outliers", "outlier_order"),
         ("majority", "sigma_t", "majority_order"),
     ):
-        found = [100 * one for one in orders(tables[part], metric, level)]
-        assert row[column] == pytest.approx(np.mean(found))
+        percentages = [100 * order for order in orders(tables[part], metric, level)]
+        assert row[column] == pytest.approx(np.mean(percentages))
     groups = [group for _, group in tables["outliers"].groupby("n_outliers")]
     ranges = [np.ptp(group.groupby("sigma_t")[metric].mean()) for group in groups]
     assert row["noise_range"] == pytest.approx(np.mean(ranges))
@@ -111,8 +111,8 @@ def test_the_papers_row_has_no_error_and_the_others_have(axes, table, tables):
     paper = table["paper"] == "yes"
     assert table.loc[paper, columns].isna().all(axis=None)
     assert table.loc[~paper, columns].notna().all(axis=None)
-    one = {name: part[part["trial"] == 0] for name, part in tables.items()}
-    assert effects(axes, one)[columns].isna().all(axis=None)
+    first = {name: part[part["trial"] == 0] for name, part in tables.items()}
+    assert effects(axes, first)[columns].isna().all(axis=None)
 
 
 def test_errors_are_those_of_the_difference_from_the_papers_value(axes, tables):
@@ -138,7 +138,7 @@ def test_every_value_is_shown_and_named_and_the_papers_is_bold(axes, table):
         )
         for each in figure.axes
     ]
-    assert [own.sum() for own in shown] == [len(table), 0, *[len(table)] * 3]
+    assert [mask.sum() for mask in shown] == [len(table), 0, *[len(table)] * 3]
     labels = figure.axes[0].get_yticklabels()
     bold = [label.get_text() for label in labels if label.get_fontweight() == "bold"]
     assert bold[len(axes) :] == [axis.paper for axis in axes]

@@ -66,7 +66,7 @@ def test_on_a_cluster_what_else_makes_files_runs_where_it_was_started():
     """A dry run does not tell; `use rule` leaves behind what one rule says of itself."""
     code = SNAKEFILE.read_text()
     rules = re.findall(r"^(rule|use rule \w+ as) (\w+).*:\n((?:\n|    .*\n)*)", code, re.MULTILINE)
-    makes = {name for kind, name, body in rules if kind != "rule" or "output:" in body}
+    makes = {name for keyword, name, body in rules if keyword != "rule" or "output:" in body}
     local = "".join(re.findall(r"^localrules:\n((?:    \w+,\n)+)", code, re.MULTILINE))
     assert makes - {*re.findall(r"\w+", local)} == {
         *("trials", "study_trials", "replicate", "readings"),
@@ -114,7 +114,7 @@ def test_runs_and_reruns(snakemake, tmp_path):
 
     # So does a table by hand in this place, with or without what Snakemake remembers.
     record = trials.with_suffix(".json")
-    kept = trials.read_bytes(), record.read_bytes()
+    original = trials.read_bytes(), record.read_bytes()
     trials.unlink()
     record.unlink()
     run = ["experiment=outliers", *more[:-1], f"output={trials}", "n_jobs=1"]
@@ -122,8 +122,8 @@ def test_runs_and_reruns(snakemake, tmp_path):
     assert snakemake(target, "--dry-run", "--config", *small).planned == both
     shutil.rmtree(tmp_path / ".snakemake")
     assert snakemake(target, "--dry-run", "--config", *small).planned == both
-    trials.write_bytes(kept[0])
-    record.write_bytes(kept[1])
+    trials.write_bytes(original[0])
+    record.write_bytes(original[1])
     shutil.rmtree(tmp_path / "quick" / "settings")
     assert "trials" not in snakemake(target, "--dry-run", "--config", *small).planned
 
@@ -308,15 +308,15 @@ def test_a_killed_run_goes_on_to_the_same_bytes(snakemake, tmp_path):
     names = ("outliers", "collinear")
     settings = ["trials=100", "n_outliers=[0,10]", "sigma_t=[0.02,0.05]", "metrics=[TAS,DTE]"]
 
-    def arguments(place):
-        targets = [f"{place}/trials/{name}.csv" for name in names]
-        return [*targets, "--cores", "1", "--config", *settings, f"results_dir={place}"]
+    def arguments(folder):
+        targets = [f"{folder}/trials/{name}.csv" for name in names]
+        return [*targets, "--cores", "1", "--config", *settings, f"results_dir={folder}"]
 
-    def tables(place):
-        return [path.read_bytes() for path in sorted((tmp_path / place).rglob("*.csv"))]
+    def tables(folder):
+        return [path.read_bytes() for path in sorted((tmp_path / folder).rglob("*.csv"))]
 
-    def started(place):
-        return len(list((tmp_path / place / "logs").rglob("*.log")))
+    def started(folder):
+        return len(list((tmp_path / folder / "logs").rglob("*.log")))
 
     assert snakemake(*arguments("größe=1")).returncode == 0
     with subprocess.Popen(

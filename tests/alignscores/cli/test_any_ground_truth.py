@@ -27,13 +27,13 @@ def text(*columns, by=" ", header="", end=""):
 @pytest.fixture(scope="module")
 def scene(examples):
     """Stamps, positions, quaternions (w last) and poses of reference and estimate."""
-    found = {}
+    cases = {}
     for name in ("reference", "estimate"):
         stamps, poses = read_tum(examples / f"tum/{name}.txt")
         finite = np.isfinite(poses).all(axis=(1, 2))
         quaternions = Rotation.from_matrix(poses[finite, :3, :3]).as_quat()
-        found[name] = stamps[finite], poses[finite, :3, 3], quaternions, poses[finite]
-    return found
+        cases[name] = stamps[finite], poses[finite, :3, 3], quaternions, poses[finite]
+    return cases
 
 
 def zero(q):
@@ -87,7 +87,7 @@ CASES = {  # the notes, and whether it has rotations
 
 @pytest.mark.parametrize("case", CASES)
 def test_it_has_a_number_through_every_door(scene, examples, tmp_path, monkeypatch, run, case):
-    whose, content, options, said, has_rotations = CASES[case]
+    whose, content, options, problem, has_rotations = CASES[case]
     files = {name: examples / f"tum/{name}.txt" for name in ("reference", "estimate")}
     expected = evaluate(*files.values()).to_dict()
     (tmp_path / "orb").mkdir()
@@ -97,41 +97,41 @@ def test_it_has_a_number_through_every_door(scene, examples, tmp_path, monkeypat
     files[whose].write_text(content(*scene[whose][:3]))
 
     evaluation = evaluate(*files.values(), **options)
-    found = evaluation.to_dict()
+    values = evaluation.to_dict()
     for name in ("TAS", "half_distance", "ate", "median_distance", "unit", "n"):
-        assert found[name] == pytest.approx(expected[name], rel=1e-4), name
+        assert values[name] == pytest.approx(expected[name], rel=1e-4), name
     for name in ("RAS", "PAS", "half_angle", "median_angle"):
         if has_rotations:
-            assert found[name] == pytest.approx(expected[name], abs=1e-4)
+            assert values[name] == pytest.approx(expected[name], abs=1e-4)
         else:
-            assert found[name] is None
+            assert values[name] is None
     notes = [str(note) for note in evaluation.notes]
     usual = "clock is off", "never moves"
     notes = [note for note in notes if not any(words in note for words in usual)]
-    assert len(notes) == len(said)
-    assert all(any(words in note for note in notes) for words in said)
+    assert len(notes) == len(problem)
+    assert all(any(words in note for note in notes) for words in problem)
 
     words = [f"--{name}={value}" for name, value in options.items()]
     _, out, err = run(*files.values(), "--json", *words)
     printed = json.loads(out)["results"][0]
     assert [printed[name] for name in ("TAS", "RAS", "PAS")] == [
-        found[name] for name in ("TAS", "RAS", "PAS")
+        values[name] for name in ("TAS", "RAS", "PAS")
     ]
-    assert all(words in err for words in said)
+    assert all(words in err for words in problem)
     _, out, _ = run(*files.values(), *words)
     assert ("  -  " in out.splitlines()[1]) != has_rotations
 
     compared = compare(str(files["reference"]), str(tmp_path / "{system}/{run}.txt"), **options)
     (result,) = compared.to_dict()["runs"]
-    assert result["TAS"] == found["TAS"]
-    assert result["RAS"] == found["RAS"]
+    assert result["TAS"] == values["TAS"]
+    assert result["RAS"] == values["RAS"]
 
 
 def by_other_doors(run, reference, estimate):
     """The PAS of the command and of `compare`."""
     printed = json.loads(run(reference, estimate, "--json")[1])["results"]
     compared = compare(str(reference), [estimate]).to_dict()["runs"]
-    return [one["PAS"] for one in (*printed, *compared)]
+    return [result["PAS"] for result in (*printed, *compared)]
 
 
 def test_poses_without_stamps_are_matched_by_row(scene, write, run, examples):
@@ -151,12 +151,12 @@ def test_folders_of_matrices_are_matched_by_their_numbers(scene, tmp_path, run, 
             (tmp_path / name).mkdir(exist_ok=True)
             pose = np.full((4, 4), -np.inf) if (number, name) == (7, "pose") else pose
             np.savetxt(tmp_path / name / f"{number}.txt", pose)
-    found = evaluate(tmp_path / "pose", tmp_path / "mine")
-    assert (found.pas, len(found.matches.keys)) == (1, 39)
+    evaluation = evaluate(tmp_path / "pose", tmp_path / "mine")
+    assert (evaluation.pas, len(evaluation.matches.keys)) == (1, 39)
     assert by_other_doors(run, tmp_path / "pose", tmp_path / "mine") == [1, 1]
-    assert "the reference has no pose for 2.5% of the cameras" in str(found.notes[0])
-    found = evaluate(tmp_path / "pose", examples / "kitti/estimate.txt")
-    assert found.pas == pytest.approx(0.80, abs=0.01)
+    assert "the reference has no pose for 2.5% of the cameras" in str(evaluation.notes[0])
+    evaluation = evaluate(tmp_path / "pose", examples / "kitti/estimate.txt")
+    assert evaluation.pas == pytest.approx(0.80, abs=0.01)
 
 
 def test_metrics_of_rotations_have_no_value_without(scene, write, run, examples):

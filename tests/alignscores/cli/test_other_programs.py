@@ -19,8 +19,8 @@ SCORES = "TAS", "RAS", "PAS", "ate", "half_distance", "lost"
 @pytest.fixture
 def expected(score):
     """The scores of the same poses in TUM files."""
-    (found,) = score("tum", *FILES["tum"])
-    return {name: pytest.approx(found[name], abs=1e-6) for name in SCORES}
+    (result,) = score("tum", *FILES["tum"])
+    return {name: pytest.approx(result[name], abs=1e-6) for name in SCORES}
 
 
 @pytest.fixture
@@ -28,9 +28,9 @@ def same(score, expected):
     """(arguments) -> the notes; the scores must be those of the TUM files."""
 
     def same(*arguments):
-        (found,) = score(*arguments)
-        assert {name: found[name] for name in SCORES} == expected
-        return found["notes"]
+        (result,) = score(*arguments)
+        assert {name: result[name] for name in SCORES} == expected
+        return result["notes"]
 
     return same
 
@@ -56,9 +56,9 @@ def test_nerfstudio(run, score, examples, tmp_path):
         ]
         files.append(tmp_path / f"transforms_{number}.json")
         files[-1].write_text(json.dumps(exported))
-    (found,) = score("nerf", *files)
-    assert found["TAS"] == expected["TAS"]
-    assert found["RAS"] == expected["RAS"]
+    (result,) = score("nerf", *files)
+    assert result["TAS"] == expected["TAS"]
+    assert result["RAS"] == expected["RAS"]
     assert len(read_nerf(files[0]).keys) == 40
     files[1].write_text(json.dumps([{"file_path": "a.png", "transform": [[1, 2], [3, 4]]}]))
     assert run("nerf", *files)[2] == (
@@ -84,8 +84,8 @@ def test_arrays_without_stamps_go_by_rows(run, score, trajectories, tmp_path):
     lost = poses.astype(np.float32)
     lost[:10] = np.nan
     np.save(files[1], lost)
-    (found,) = score("arrays", *files)
-    assert (found["n"], found["no_position"], found["TAS"]) == (40, 10, 0.75)
+    (result,) = score("arrays", *files)
+    assert (result["n"], result["no_position"], result["TAS"]) == (40, 10, 0.75)
     np.save(files[1], poses[1:])
     assert "the reference has 40 poses, the estimate 39: without stamps" in run(*files)[2]
     np.save(files[1], np.concatenate([poses[1:], np.full((1, 4, 4), np.nan)]))
@@ -159,8 +159,8 @@ def test_names_with_blanks_in_a_text_model(score, examples, tmp_path):
     for image in written.images.values():
         image.name = f"my photos/a b {image.name}"
     written.write_text(str(model))
-    (found,) = score("colmap", model, model)
-    assert (found["n"], found["TAS"], found["notes"]) == (40, 1.0, [])
+    (result,) = score("colmap", model, model)
+    assert (result["n"], result["TAS"], result["notes"]) == (40, 1.0, [])
 
 
 @pytest.mark.parametrize("form", FILES)

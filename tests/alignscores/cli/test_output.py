@@ -74,7 +74,7 @@ def test_long_names_are_cut(run, lines, write):
 
 def test_the_table_is_in_the_order_of_the_files(run, score, lines, write):
     fields = [line.split() for line in lines]
-    worse = [" ".join([one[0], "0 0 0", *one[4:]]) for one in fields[:19]]
+    worse = [" ".join([cells[0], "0 0 0", *cells[4:]]) for cells in fields[:19]]
     files = write(worse + lines[19:], "worse.txt"), "tum/estimate.txt", TUM[1]
     names = ["worse.txt", "estimate.txt", "reference.txt"]
     assert [result["name"] for result in score(*TUM[:2], *files)] == names

@@ -43,10 +43,10 @@ def test_paths_are_relative_to_the_yaml_file(files, tmp_path):
     files("in/s/gt.txt", "in/s/a/1.txt")
     options = "sequences: {s: {frames: f.txt, t_offset: 0.5}}\nsystems: {a: {invert: true}}\n"
     (tmp_path / "in/b.yaml").write_text(YAML.partition("runs")[0] + options)
-    found = read_yaml("in/b.yaml")
-    assert found.sequence_options == {"s": {"frames": "in/f.txt", "t_offset": 0.5}}
-    assert found.system_options == {"a": {"invert": True}}
-    assert found.references == {"s": "in/s/gt.txt"}
+    benchmark = read_yaml("in/b.yaml")
+    assert benchmark.sequence_options == {"s": {"frames": "in/f.txt", "t_offset": 0.5}}
+    assert benchmark.system_options == {"a": {"invert": True}}
+    assert benchmark.references == {"s": "in/s/gt.txt"}
 
 
 @pytest.mark.parametrize(

@@ -19,9 +19,9 @@ ONE = {"a": (0.1, 1.0, 1, 0.0)}
 def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_path):
     patterns = benchmark_of(SYSTEMS, sequences=("car", "helix", "cube"), runs=3, n=100)
     (tmp_path / "car/best/2.txt").unlink()
-    found = compare(*patterns)
-    results = {(one["sequence"], one["system"], one["run"]): one for one in found["runs"]}
-    entries = {(one["system"], one["sequence"]): one for one in found["summary"]}
+    compared = compare(*patterns)
+    results = {(row["sequence"], row["system"], row["run"]): row for row in compared["runs"]}
+    entries = {(row["system"], row["sequence"]): row for row in compared["summary"]}
     assert len(results) == 3 * 3 * 3
     gone = results["car", "best", "2"]
     assert (gone["status"], gone["PAS"], gone["half_angle"]) == ("missing", 0, None)
@@ -35,9 +35,9 @@ def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_pa
     assert (entries["best", None]["runs"], entries["best", None]["failed"]) == (9, 1)
     assert entries["best", None]["rank_best"] == 1
     pair = next(
-        one
-        for one in found["pairs"]
-        if {one["a"], one["b"]} == {"best", "sparse"} and one["sequence"] is None
+        row
+        for row in compared["pairs"]
+        if {row["a"], row["b"]} == {"best", "sparse"} and row["sequence"] is None
     )
     assert pair["low"] < pair["difference"] < pair["high"]
     assert (pair["better"], pair["method"]) == ("best", "permutation within sequences")
@@ -48,10 +48,10 @@ def test_processes_do_not_matter(benchmark_of, run, tmp_path):
     patterns = benchmark_of(ONE, ["car"], runs=2)
     reference = tmp_path / "car/gt.txt"
     reference.write_text(reference.read_text() + reference.read_text().splitlines()[-1])
-    found = run(*patterns, "--json", "--jobs", 1)
-    assert found == run(*patterns, "--json", "--jobs", 2)
+    printed = run(*patterns, "--json", "--jobs", 1)
+    assert printed == run(*patterns, "--json", "--jobs", 2)
     note = "car: duplicate stamps or names in the reference, left out: 1"
-    assert note in json.loads(found[1])["notes"]
+    assert note in json.loads(printed[1])["notes"]
 
 
 def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
@@ -84,7 +84,7 @@ def test_a_distance_that_no_run_is_given_is_no_failure(benchmark_of, compare, tm
     patterns = benchmark_of(systems, ["car"], n=40)
     benchmark_of(systems, ["helix"], n=4)
     (tmp_path / "helix/a/1.txt").write_text("")
-    entries = {(one["system"], one["sequence"]): one for one in compare(*patterns)["summary"]}
+    entries = {(row["system"], row["sequence"]): row for row in compare(*patterns)["summary"]}
     assert entries["a", "helix"]["half_distance"] is None
     of_car = entries["a", "car"]["half_distance"]
     assert entries["a", None]["half_distance"] == of_car > 0

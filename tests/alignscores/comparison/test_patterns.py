@@ -25,8 +25,8 @@ def test_fields(tmp_path, monkeypatch, pattern, path, values):
     monkeypatch.chdir(tmp_path)
     (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / path).touch()
-    found = Pattern(pattern, FIELDS).find()
-    assert {file: tuple(own.values()) for file, own in found.items()} == (
+    matches = Pattern(pattern, FIELDS).find()
+    assert {file: tuple(fields.values()) for file, fields in matches.items()} == (
         {path: values} if values else {}
     )
 

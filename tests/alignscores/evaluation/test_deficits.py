@@ -35,41 +35,43 @@ def test_no_other_stretches_cost_more_in_excess_of_average_frames(seed):
     lost = rng.random(n) < 0.4
     errors = np.where(lost, np.inf, rng.choice([0.0, 0.25, 0.5, 2.0], n))
     missing = np.array([np.mean(error >= THRESHOLDS) for error in errors])
-    found = deficits("TAS", errors, THRESHOLDS, lost, np.arange(n))
+    listed = deficits("TAS", errors, THRESHOLDS, lost, np.arange(n))
     if not missing.any():
-        assert found == []
+        assert listed == []
         return
-    stretches = [one for one in found if one.start is not None]
+    stretches = [stretch for stretch in listed if stretch.start is not None]
     assert len(stretches) in (1, 2, 3)
-    excess = sum(one.cost * n - one.frames * missing.mean() for one in stretches)
+    excess = sum(stretch.cost * n - stretch.frames * missing.mean() for stretch in stretches)
     assert excess == pytest.approx(best_excess(missing, lost))
-    for one in stretches:
-        rows = slice(one.start, one.end + 1)
-        assert one.frames == one.end + 1 - one.start
-        assert one.cost == pytest.approx(missing[rows].sum() / n)
-        assert set(lost[rows]) == {one.cause == "lost"}
-    assert [one.cost for one in stretches] == sorted((one.cost for one in stretches), reverse=True)
-    assert sum(one.frames for one in found) == n
-    assert sum(one.cost for one in found) == pytest.approx(missing.mean())
-    assert sum(one.share for one in found) == pytest.approx(1)
+    for stretch in stretches:
+        rows = slice(stretch.start, stretch.end + 1)
+        assert stretch.frames == stretch.end + 1 - stretch.start
+        assert stretch.cost == pytest.approx(missing[rows].sum() / n)
+        assert set(lost[rows]) == {stretch.cause == "lost"}
+    assert [stretch.cost for stretch in stretches] == sorted(
+        (stretch.cost for stretch in stretches), reverse=True
+    )
+    assert sum(stretch.frames for stretch in listed) == n
+    assert sum(stretch.cost for stretch in listed) == pytest.approx(missing.mean())
+    assert sum(stretch.share for stretch in listed) == pytest.approx(1)
 
 
 def test_even_losses_are_one_stretch():
-    (found,) = deficits("RAS", np.full(9, 5.0), THRESHOLDS, np.zeros(9, dtype=bool), np.arange(9))
-    assert (found.start, found.end, found.frames, found.cost, found.share) == (0, 8, 9, 1, 1)
-    assert found.cause == "rotation"
+    (rest,) = deficits("RAS", np.full(9, 5.0), THRESHOLDS, np.zeros(9, dtype=bool), np.arange(9))
+    assert (rest.start, rest.end, rest.frames, rest.cost, rest.share) == (0, 8, 9, 1, 1)
+    assert rest.cause == "rotation"
 
 
 def test_images_are_in_the_order_of_their_names():
     keys = np.array(["b/2.png", "a/10.png", "a/9.png", "b/1.png"])
     assert keys[in_order(keys)].tolist() == ["a/9.png", "a/10.png", "b/1.png", "b/2.png"]
     lost = np.array([True, False, False, True])
-    (found,) = [
-        one
-        for one in deficits("TAS", np.where(lost, np.inf, 0), THRESHOLDS, lost, keys)
-        if one.start
+    (stretch,) = [
+        entry
+        for entry in deficits("TAS", np.where(lost, np.inf, 0), THRESHOLDS, lost, keys)
+        if entry.start
     ]
-    assert (found.start, found.end, found.cause) == ("b/1.png", "b/2.png", "lost")
+    assert (stretch.start, stretch.end, stretch.cause) == ("b/1.png", "b/2.png", "lost")
 
 
 @pytest.mark.parametrize("missing", ["fail", "ignore"])
@@ -79,21 +81,23 @@ def test_stretches_are_where_the_estimate_has_its_faults(missing, registration):
     stamps = 1e9 + np.arange(200) / 10
     poses = np.tile(np.eye(4), (200, 1, 1))
     poses[:, :3, 3] = np.cumsum(rng.normal(size=(200, 3)), axis=0)
-    found = poses.copy()
-    found[50:60, :3, 3] += 1e3
-    found[150:155, :3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    kept = np.r_[0:100, 130:200]
+    estimate = poses.copy()
+    estimate[50:60, :3, 3] += 1e3
+    estimate[150:155, :3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    rows = np.r_[0:100, 130:200]
     options = {"missing": missing, "registration": registration, "max_gap": 0.0}
-    one = evaluate(
-        Trajectory(stamps, poses), Trajectory(stamps[kept], found[kept]), format="tum", **options
+    evaluation = evaluate(
+        Trajectory(stamps, poses), Trajectory(stamps[rows], estimate[rows]), format="tum", **options
     )
     for score in ("TAS", "RAS"):
-        own = [deficit for deficit in one.deficits if deficit.score == score]
-        assert sum(deficit.cost for deficit in own) == pytest.approx(
-            1 - getattr(one.result, score.lower()).score
+        listed = [deficit for deficit in evaluation.deficits if deficit.score == score]
+        assert sum(deficit.cost for deficit in listed) == pytest.approx(
+            1 - getattr(evaluation.result, score.lower()).score
         )
-    told = {(d.score, d.cause, d.start, d.end) for d in one.deficits if d.start is not None}
+    stretches = {
+        (d.score, d.cause, d.start, d.end) for d in evaluation.deficits if d.start is not None
+    }
     faults = {("TAS", "position", 5.0, 5.9), ("RAS", "rotation", 15.0, 15.4)}
     lost = {("TAS", "lost", 10.0, 12.9), ("RAS", "lost", 10.0, 12.9)}
-    assert told == faults | (lost if missing == "fail" else set())
-    assert one.to_dict()["deficits"][0]["score"] == "TAS"
+    assert stretches == faults | (lost if missing == "fail" else set())
+    assert evaluation.to_dict()["deficits"][0]["score"] == "TAS"

@@ -91,11 +91,11 @@ def settings_of(case, form):
 
 def words(settings):
     """Return settings as they stand on the command line, but for the format."""
-    given = []
+    options = []
     for name, value in settings.items():
         if name != "format":
-            given += [f"--{name}"] if value is True else [f"--{name}={value}"]
-    return given
+            options += [f"--{name}"] if value is True else [f"--{name}={value}"]
+    return options
 
 
 def numbers(result):
@@ -133,8 +133,8 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     assert [note for note in notes if note["kind"] not in of_reference] == printed_notes
     assert printed == {**expected, "name": printed["name"], "file": str(estimate)}
 
-    found = compare(str(reference), str(pattern), cache=tmp_path, **settings)
-    (compared,) = found.to_dict()["runs"]
+    comparison = compare(str(reference), str(pattern), cache=tmp_path, **settings)
+    (compared,) = comparison.to_dict()["runs"]
     expected_row = numbers(expected) | in_columns(expected["metrics"])
     expected_row["d"] = expected_row.pop("unit")
     del expected_row["metrics"]
@@ -142,7 +142,7 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     cached = set(tmp_path.iterdir())
     options = *words(settings), "--json", "--cache", tmp_path, "--jobs", 1
     _, out, _ = command("compare", settings["format"], reference, pattern, *options)
-    assert json.loads(out) == found.to_dict()
+    assert json.loads(out) == comparison.to_dict()
     assert set(tmp_path.iterdir()) == cached  # by the same settings: nothing is computed anew
 
     in_memory = [
@@ -152,9 +152,9 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     settings.pop("format")
     if "frames" in settings:
         settings["frames"] = read_stamps(settings["frames"])
-    found = evaluate(*in_memory, **settings).to_dict()
-    assert numbers(found) == numbers(expected)
-    assert found["ate"] == expected["ate"]
+    comparison = evaluate(*in_memory, **settings).to_dict()
+    assert numbers(comparison) == numbers(expected)
+    assert comparison["ate"] == expected["ate"]
 
 
 @pytest.mark.parametrize("form", sorted(FORMS))

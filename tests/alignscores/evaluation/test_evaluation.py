@@ -34,8 +34,8 @@ def test_a_wrong_name_of_a_setting_is_answered_with_the_nearest(tum, wrong, said
 def test_poses_in_arrays_are_matched_by_row_or_by_their_times(tum, examples):
     reference, estimate = (read_tum(examples / file) for file in TUM)
     times = reference.keys, estimate.keys
-    found = evaluate(reference.poses, estimate.poses[:, :3], times=times)
-    assert found.to_dict()["PAS"] == tum().pas
+    evaluation = evaluate(reference.poses, estimate.poses[:, :3], times=times)
+    assert evaluation.to_dict()["PAS"] == tum().pas
     n = len(estimate.keys)
     by_row = evaluate(reference.poses[:n], estimate.poses)
     assert by_row.to_dict()["n"] == n
@@ -45,31 +45,37 @@ def test_poses_in_arrays_are_matched_by_row_or_by_their_times(tum, examples):
 
 
 def test_reprs_name_the_registration(in_notebook, tum):
-    found = tum()
-    assert repr(found) == (
+    evaluation = tum()
+    assert repr(evaluation) == (
         "Evaluation('estimate.txt', PAS 0.871, TAS 0.880, RAS 0.861, registration='refined')"
     )
-    assert repr(found.result) == "PASResult(0.8709, TAS 0.88, RAS 0.86, registration='refined')"
-    assert repr(found.result.tas) == "TASResult(0.8805, n=40, registration='refined')"
-    assert repr(found.estimate).startswith("Trajectory(38 poses, ")
-    html = in_notebook(found)
+    assert (
+        repr(evaluation.result) == "PASResult(0.8709, TAS 0.88, RAS 0.86, registration='refined')"
+    )
+    assert repr(evaluation.result.tas) == "TASResult(0.8805, n=40, registration='refined')"
+    assert repr(evaluation.estimate).startswith("Trajectory(38 poses, ")
+    html = in_notebook(evaluation)
     assert "estimate.txt; alignment: similarity (refined)" in html
     assert "<th>half [m]</th><td>0.07</td>" in html
 
 
 def test_numbers_hang_together(tum):
-    found = tum(registration="pcr99", repeat=4, weight=0.3, metrics="RAS,auc@30:vggt")
-    assert found.tas == np.mean(found.tas_seeds)
-    assert found.pas == pytest.approx(0.3 * found.tas + 0.7 * found.ras)
+    evaluation = tum(registration="pcr99", repeat=4, weight=0.3, metrics="RAS,auc@30:vggt")
+    assert evaluation.tas == np.mean(evaluation.tas_seeds)
+    assert evaluation.pas == pytest.approx(0.3 * evaluation.tas + 0.7 * evaluation.ras)
     names = "TAS", "RAS", "PAS", "half_distance", "half_angle"
-    assert [found.value(name) for name in names] == [found.to_dict()[name] for name in names]
-    assert found.value("ATE") == found.to_dict()["ate"]
-    assert found.value("HalfAngle") == found.half_angle
-    assert found.value("AUC@30:vggt") == found.metrics["auc@30:vggt"]
-    assert found.value("auc@10:vggt") is None  # was not asked for
-    assert found.to_dict()["metrics"] == {"RAS": found.ras, **found.metrics}
-    gt, est = (poses[:, :3, 3] for poses in (found.matches.gt_poses, found.matches.est_poses))
-    profile = tas_profile(gt, est, [found.half_distance])
+    assert [evaluation.value(name) for name in names] == [
+        evaluation.to_dict()[name] for name in names
+    ]
+    assert evaluation.value("ATE") == evaluation.to_dict()["ate"]
+    assert evaluation.value("HalfAngle") == evaluation.half_angle
+    assert evaluation.value("AUC@30:vggt") == evaluation.metrics["auc@30:vggt"]
+    assert evaluation.value("auc@10:vggt") is None  # was not asked for
+    assert evaluation.to_dict()["metrics"] == {"RAS": evaluation.ras, **evaluation.metrics}
+    gt, est = (
+        poses[:, :3, 3] for poses in (evaluation.matches.gt_poses, evaluation.matches.est_poses)
+    )
+    profile = tas_profile(gt, est, [evaluation.half_distance])
     assert profile.scores[0] == pytest.approx(0.5, abs=0.01)
 
 
@@ -80,11 +86,11 @@ def test_statuses_tell_what_of_a_pose_is_missing():
     some = poses.copy()
     some[1, 0, 0] = some[2, 2, 3] = some[3, 0, 0] = some[3, 0, 3] = np.nan
     estimate = Trajectory(np.arange(20.0)[:-1], some[:-1])
-    found = evaluate(Trajectory(np.arange(20.0), poses), estimate, format="tum", max_gap=0.0)
-    told = [STATUSES[code] for code in found.statuses]
-    assert told[:4] == ["matched", "no rotation", "no position", "lost"]
-    assert told[4:] == ["matched"] * 15 + ["lost"]
-    counts = found.to_dict()
+    evaluation = evaluate(Trajectory(np.arange(20.0), poses), estimate, format="tum", max_gap=0.0)
+    statuses = [STATUSES[code] for code in evaluation.statuses]
+    assert statuses[:4] == ["matched", "no rotation", "no position", "lost"]
+    assert statuses[4:] == ["matched"] * 15 + ["lost"]
+    counts = evaluation.to_dict()
     assert counts["lost"] == pytest.approx(4 / 20)
     names = "expected", "matched", "no_position", "no_rotation"
     assert [counts[name] for name in names] == [20, 19, 3, 3]
@@ -93,8 +99,8 @@ def test_statuses_tell_what_of_a_pose_is_missing():
 def test_numbered_frames_may_be_missing(examples):
     """Of KITTI files every line has its partner; keys in memory tell which frames there are."""
     reference, estimate = (read_kitti(examples / file) for file in FILES["kitti"])
-    found = Trajectory(estimate.keys[::2], estimate.poses[::2])
-    failed, ignored = (evaluate(reference, found, missing=name) for name in ("fail", "ignore"))
+    thinned = Trajectory(estimate.keys[::2], estimate.poses[::2])
+    failed, ignored = (evaluate(reference, thinned, missing=name) for name in ("fail", "ignore"))
     assert (len(failed.matches.keys), failed.matches.matched) == (40, 20)
     assert (len(ignored.matches.keys), ignored.matches.matched) == (20, 20)
     assert failed.ras == pytest.approx(ignored.ras / 2)
@@ -126,15 +132,15 @@ def test_the_alignment_takes_the_reference_to_the_estimate():
     est[:, :3, :3] = world @ gt[:, :3, :3]
     est[:, :3, 3] = 2 * gt[:, :3, 3] @ world.T + [1, 2, 3]
     est[2, :3, 3] = est[5, :3, :3] = np.nan
-    found = evaluate(*(Trajectory(np.arange(12), poses) for poses in (gt, est)), unit=0.1)
-    entry = found.to_dict()
-    assert found.scale == entry["scale"] == pytest.approx(2)
+    evaluation = evaluate(*(Trajectory(np.arange(12), poses) for poses in (gt, est)), unit=0.1)
+    entry = evaluation.to_dict()
+    assert evaluation.scale == entry["scale"] == pytest.approx(2)
     assert entry["alignment"]["scale"] == entry["scale"]
     np.testing.assert_allclose(entry["alignment"]["rotation"], world, atol=1e-9)
     np.testing.assert_allclose(entry["alignment"]["translation"], [1, 2, 3], atol=1e-9)
-    known = np.delete(np.arange(12), 2)
-    np.testing.assert_allclose(found.positions[known], gt[known, :3, 3], atol=1e-9)
-    assert np.isnan(found.positions[2]).all()
+    rows = np.delete(np.arange(12), 2)
+    np.testing.assert_allclose(evaluation.positions[rows], gt[rows, :3, 3], atol=1e-9)
+    assert np.isnan(evaluation.positions[2]).all()
     counts = {"n": 12, "expected": 12, "matched": 12, "unmatched": 0}
     counts |= {"no_position": 1, "no_rotation": 1, "within_unit": 11 / 12, "within_10_deg": 11 / 12}
     assert {key: entry[key] for key in counts} == counts
@@ -150,9 +156,9 @@ def test_functions_are_metrics_next_to_names(tum):
         return np.nan
 
     worst = Metric("worst", lambda gt, est: np.nanmax(np.abs(gt - est)), unit="units", needs=())
-    found = tum(metrics=["ate", last_error, worst, never])
-    assert list(found.metrics) == ["last_error", "worst"]
-    assert found.to_dict()["metrics"] == {"ATE": found.ate, **found.metrics}
-    assert found.value("last_error") == found.metrics["last_error"] > 0
-    assert "no value of never: it is not finite" in " ".join(map(str, found.notes))
-    assert found.to_frame()["worst"].item() == found.metrics["worst"]
+    evaluation = tum(metrics=["ate", last_error, worst, never])
+    assert list(evaluation.metrics) == ["last_error", "worst"]
+    assert evaluation.to_dict()["metrics"] == {"ATE": evaluation.ate, **evaluation.metrics}
+    assert evaluation.value("last_error") == evaluation.metrics["last_error"] > 0
+    assert "no value of never: it is not finite" in " ".join(map(str, evaluation.notes))
+    assert evaluation.to_frame()["worst"].item() == evaluation.metrics["worst"]

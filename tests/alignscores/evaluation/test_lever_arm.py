@@ -41,10 +41,10 @@ def test_auto_finds_it(scale):
     poses = estimate.poses.copy()
     poses[:, :3, 3] *= scale
     poses[::20, :3, 3] += 3
-    found = evaluate(reference, Trajectory(estimate.keys, poses), lever_arm="auto").lever_arm
-    np.testing.assert_allclose(found.vector, scale * ARM, atol=0.005)
-    assert (np.abs(found.vector - scale * ARM) < 4 * found.errors).all()
-    assert (found.errors < 0.005).all()
+    evaluation = evaluate(reference, Trajectory(estimate.keys, poses), lever_arm="auto").lever_arm
+    np.testing.assert_allclose(evaluation.vector, scale * ARM, atol=0.005)
+    assert (np.abs(evaluation.vector - scale * ARM) < 4 * evaluation.errors).all()
+    assert (evaluation.errors < 0.005).all()
 
 
 @pytest.mark.parametrize("far", [0, 5e6])
@@ -52,9 +52,9 @@ def test_it_is_found_without_noise(far):
     """Far from the origin, too, as in a national grid."""
     reference, estimate = run(sigma=0)
     reference.poses[:, :3, 3] += far
-    found = evaluate(reference, estimate, lever_arm="auto").lever_arm
-    np.testing.assert_allclose(found.vector, ARM, rtol=0, atol=1e-6)
-    assert (found.errors < 1e-6).all()
+    lever_arm = evaluate(reference, estimate, lever_arm="auto").lever_arm
+    np.testing.assert_allclose(lever_arm.vector, ARM, rtol=0, atol=1e-6)
+    assert (lever_arm.errors < 1e-6).all()
 
 
 def test_a_real_run_that_is_moved_by_hand(real):
@@ -67,9 +67,9 @@ def test_a_real_run_that_is_moved_by_hand(real):
         evaluate(Trajectory(truth.keys, poses), estimate, lever_arm="auto")
         for poses in (truth.poses, moved)
     )
-    found = before.lever_arm
-    assert np.linalg.norm(after.lever_arm.vector - found.vector - arm) < 0.005
-    assert (np.abs(found.vector) < 3 * found.errors).all()
+    lever_arm = before.lever_arm
+    assert np.linalg.norm(after.lever_arm.vector - lever_arm.vector - arm) < 0.005
+    assert (np.abs(lever_arm.vector) < 3 * lever_arm.errors).all()
     assert any(
         "lever arm" in note.text and "found and applied" in note.text for note in after.notes
     )
@@ -99,6 +99,6 @@ def test_a_pose_without_a_rotation_has_no_prism():
     reference, estimate = run()
     partly = estimate.poses.copy()
     partly[1::2, :3, :3] = np.nan
-    found = evaluate(reference, Trajectory(estimate.keys, partly), lever_arm=tuple(ARM))
+    evaluation = evaluate(reference, Trajectory(estimate.keys, partly), lever_arm=tuple(ARM))
     half = Trajectory(estimate.keys[::2], estimate.poses[::2])
-    assert found.tas == evaluate(reference, half, lever_arm=tuple(ARM)).tas
+    assert evaluation.tas == evaluate(reference, half, lever_arm=tuple(ARM)).tas

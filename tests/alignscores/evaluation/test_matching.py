@@ -99,8 +99,8 @@ def test_the_times_that_are_expected_include_both_ends():
 )
 def test_names_and_numbers(reference, estimate, expected):
     assert pairs(match(trajectory(reference), trajectory(estimate), missing="fail")) == expected
-    kept = [pair for pair in expected if pair[1] is not None]
-    assert pairs(match(trajectory(reference), trajectory(estimate))) == kept
+    matched = [pair for pair in expected if pair[1] is not None]
+    assert pairs(match(trajectory(reference), trajectory(estimate))) == matched
 
 
 @pytest.mark.parametrize(
@@ -127,11 +127,11 @@ def test_images_of_other_cameras_and_names_that_are_not_unique_are_not_matched(r
     del reference[16], estimate[15]
     assert (8, None) in pairs(match(trajectory(reference), trajectory(estimate), missing="fail"))
     sides = [f"{side}/{i}.png" for side in ("left", "right") for i in range(4)]
-    some = match(trajectory([*sides, "up/9.png"]), trajectory(["left/0.png", "9.png"]))
-    assert pairs(some) == [(0, 0)]  # where names are equal, endings are not looked at
+    matches = match(trajectory([*sides, "up/9.png"]), trajectory(["left/0.png", "9.png"]))
+    assert pairs(matches) == [(0, 0)]  # where names are equal, endings are not looked at
     assert not recwarn.list
-    said = message_of(trajectory(sides), trajectory(["0.png", "1.png"]))
-    assert "no image names in common: " in said
+    message = message_of(trajectory(sides), trajectory(["0.png", "1.png"]))
+    assert "no image names in common: " in message
 
 
 DATE = 1.7e9
@@ -147,11 +147,11 @@ SECONDS = DATE + np.arange(10)
     ],
 )
 def test_why_stamps_have_nothing_in_common(reference, estimate, hint):
-    said = message_of(trajectory(reference), trajectory(estimate), sync="nearest")
+    message = message_of(trajectory(reference), trajectory(estimate), sync="nearest")
     first, last = (f"{stamps[k]:.6f}" for stamps, k in ((reference, 0), (estimate, -1)))
-    assert said.startswith(f"no time stamps in common: the reference goes from {first} to ")
-    assert f" to {last} s (t_max_diff" in said
-    assert hint in said
+    assert message.startswith(f"no time stamps in common: the reference goes from {first} to ")
+    assert f" to {last} s (t_max_diff" in message
+    assert hint in message
 
 
 @pytest.mark.parametrize(

@@ -38,11 +38,13 @@ def test_scores_have_their_closed_form_where_nothing_is_aligned(reference, sigma
     """Distances and small angles of normal errors follow a Maxwell distribution."""
     sigma, levels = 0.2, np.arange(1, 101) / 100
     options = {"unit": 1.0, "alignment": "none"}
-    found = evaluate(reference, reference, reference_sigma=(sigma, sigma_deg), **options).perfect
-    assert found["TAS"][0] == pytest.approx(maxwell.cdf(levels, scale=sigma).mean(), abs=0.01)
+    evaluation = evaluate(
+        reference, reference, reference_sigma=(sigma, sigma_deg), **options
+    ).perfect
+    assert evaluation["TAS"][0] == pytest.approx(maxwell.cdf(levels, scale=sigma).mean(), abs=0.01)
     expected = maxwell.cdf(10 * levels, scale=sigma_deg).mean()
-    assert found["RAS"][0] == pytest.approx(expected, abs=0.01)
-    assert found["PAS"][0] == pytest.approx((found["TAS"][0] + found["RAS"][0]) / 2)
+    assert evaluation["RAS"][0] == pytest.approx(expected, abs=0.01)
+    assert evaluation["PAS"][0] == pytest.approx((evaluation["TAS"][0] + evaluation["RAS"][0]) / 2)
 
 
 def test_errors_as_large_as_those_of_the_reference_are_noted(reference):

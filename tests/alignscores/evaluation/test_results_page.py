@@ -33,5 +33,5 @@ def test_results_are_as_described(score, form):
             assert isinstance(value, SCHEMA[key]), key
         assert all(set(note) == {"kind", "text", "remedy"} for note in result["notes"])
         for name, value in (("TAS", result["TAS_seeds"][0]), ("RAS", result["RAS"])):
-            costs = [own["cost"] for own in result["deficits"] if own["score"] == name]
+            costs = [stretch["cost"] for stretch in result["deficits"] if stretch["score"] == name]
             assert sum(costs) == pytest.approx(1 - value, abs=1e-12)

@@ -31,22 +31,22 @@ def test_an_estimate_has_the_scores_of_its_arrays():
     gt = reference.poses
     options = {"max_threshold": 0.5, "max_threshold_deg": 6.0, "weight": 0.3}
     group = {"alignment": "rigid"}
-    found = evaluate(reference, estimate, seed=3, **options, **group)
+    evaluation = evaluate(reference, estimate, seed=3, **options, **group)
     unit = closest_pair_quartile(gt[:, :3, 3])
     expected = pas(gt, est, rng=3, registration="refined", unit=unit, **options, **group)
-    assert found.result.tas.unit == unit
-    assert found.result.score == expected.score
-    np.testing.assert_array_equal(found.result.tas.errors, expected.tas.errors)
-    np.testing.assert_array_equal(found.result.ras.errors, expected.ras.errors)
+    assert evaluation.result.tas.unit == unit
+    assert evaluation.result.score == expected.score
+    np.testing.assert_array_equal(evaluation.result.tas.errors, expected.tas.errors)
+    np.testing.assert_array_equal(evaluation.result.ras.errors, expected.ras.errors)
     positions = gt[:, :3, 3], est[:, :3, 3]
     half = tas_distance(*positions, rng=3, **group)
-    assert found.half_distance == pytest.approx(half, rel=1e-6)
-    at_half = ras(gt[:, :3, :3], est[:, :3, :3], max_threshold_deg=found.half_angle)
+    assert evaluation.half_distance == pytest.approx(half, rel=1e-6)
+    at_half = ras(gt[:, :3, :3], est[:, :3, :3], max_threshold_deg=evaluation.half_angle)
     assert at_half.score == pytest.approx(0.5, abs=0.01)
-    assert found.lost == pytest.approx(3 / 24)
+    assert evaluation.lost == pytest.approx(3 / 24)
     drawn = evaluate(reference, estimate, registration="pcr99", seed=3, repeat=2, **options)
     assert drawn.tas_seeds == [tas(*positions, rng=s, max_threshold=0.5).score for s in (3, 4)]
-    np.testing.assert_array_equal(found.matches.est_poses, est)
+    np.testing.assert_array_equal(evaluation.matches.est_poses, est)
 
 
 def test_by_pcr99_a_pose_that_answers_for_many_frames_does_not_fit_itself():
@@ -55,12 +55,12 @@ def test_by_pcr99_a_pose_that_answers_for_many_frames_does_not_fit_itself():
     poses = np.tile(np.eye(4), (400, 1, 1))
     poses[:, :3, 3] = np.cumsum(rng.normal(size=(400, 3)), axis=0)
     rows = np.arange(5, 400, 10)
-    found = poses[rows]
-    found[:, :3, 3] += 0.3 * rng.normal(size=(40, 3))
+    scattered = poses[rows]
+    scattered[:, :3, 3] += 0.3 * rng.normal(size=(40, 3))
     stamps = np.arange(400) / 10
-    keyframes = Trajectory(stamps[rows], found)
+    keyframes = Trajectory(stamps[rows], scattered)
     options = {"unit": 3.0, "registration": "pcr99"}
-    once = [tas(poses[rows, :3, 3], found[:, :3, 3], rng=s, **options).score for s in range(10)]
+    once = [tas(poses[rows, :3, 3], scattered[:, :3, 3], rng=s, **options).score for s in range(10)]
     scored = evaluate(Trajectory(stamps, poses), keyframes, **options).tas
     assert scored == pytest.approx(np.mean(once), abs=0.002)
 
@@ -71,10 +71,10 @@ def test_few_poses_of_many_frames_have_no_half_score_distance():
     gt, est = (np.tile(np.eye(4), (n, 1, 1)) for n in (len(stamps), 4))
     gt[:, :3, 3] = np.column_stack([stamps, np.sin(stamps), np.cos(stamps)])
     est[:, :3, 3] = rng.normal(size=(4, 3))
-    found = evaluate(Trajectory(stamps, gt), Trajectory(stamps[5::20], est))
-    assert found.lost == 0
-    assert np.isnan(found.half_distance)
-    assert any("no distance at a score of 0.5 for 4 cameras" in str(n) for n in found.notes)
+    evaluation = evaluate(Trajectory(stamps, gt), Trajectory(stamps[5::20], est))
+    assert evaluation.lost == 0
+    assert np.isnan(evaluation.half_distance)
+    assert any("no distance at a score of 0.5 for 4 cameras" in str(n) for n in evaluation.notes)
 
 
 @pytest.mark.parametrize("kind", ["names", "stamps", "rows"])
@@ -83,8 +83,8 @@ def test_trajectories_in_memory_are_like_a_format(kind):
     keys = {"names": NAMES, "stamps": np.arange(24.0), "rows": np.arange(24)}[kind]
     n = 24 if kind == "rows" else 22
     whole = np.concatenate([estimate.poses, reference.poses[22:]])[:n]
-    found = evaluate(Trajectory(keys, reference.poses), Trajectory(keys[:n], whole))
-    assert found.settings.format == {"names": "nerf", "stamps": "tum", "rows": "kitti"}[kind]
+    evaluation = evaluate(Trajectory(keys, reference.poses), Trajectory(keys[:n], whole))
+    assert evaluation.settings.format == {"names": "nerf", "stamps": "tum", "rows": "kitti"}[kind]
     form = "arrays" if kind != "names" else "colmap"
-    given = evaluate(Trajectory(keys, reference.poses), Trajectory(keys[:n], whole), format=form)
-    assert given.settings.format == form
+    named = evaluate(Trajectory(keys, reference.poses), Trajectory(keys[:n], whole), format=form)
+    assert named.settings.format == form

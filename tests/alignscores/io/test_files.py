@@ -238,11 +238,11 @@ POSES = np.tile(np.eye(4), (3, 1, 1))
 def test_arrays_of_matrices(tmp_path, arrays, keys):
     path = tmp_path / "x.npz"
     np.savez(path, **arrays)
-    found = read_arrays(path)
-    assert found.keys.tolist() == keys
-    assert found.keys.dtype.kind == ("f" if "t" in arrays and len(arrays["t"]) == 3 else "i")
-    np.testing.assert_array_equal(found.poses, POSES)
-    assert found.poses.dtype == float
+    trajectory = read_arrays(path)
+    assert trajectory.keys.tolist() == keys
+    assert trajectory.keys.dtype.kind == ("f" if "t" in arrays and len(arrays["t"]) == 3 else "i")
+    np.testing.assert_array_equal(trajectory.poses, POSES)
+    assert trajectory.poses.dtype == float
 
 
 ONE_ARRAY = r"must have one array of numbers, \(n, 4, 4\) or \(n, 3, 4\); it has "

@@ -81,16 +81,16 @@ def test_relative_errors(pairs, error, alignment, over):
         pairs_from_reference=pairs.endswith("reference"),
     )
     value = expected(metric, gt, est, alignment, "rmse")
-    found = evo_rpe(gt, est, **over, error=error, alignment=alignment, pairs=pairs)
-    assert found == pytest.approx(value, rel=1e-6)
+    ours = evo_rpe(gt, est, **over, error=error, alignment=alignment, pairs=pairs)
+    assert ours == pytest.approx(value, rel=1e-6)
 
 
 def test_missing_poses_are_left_out():
     gt, est = scene(2)
     est[10:14] = np.nan
-    kept = np.isfinite(est).all(axis=(1, 2))
-    assert evo_rpe(gt, est, 1.0) == evo_rpe(gt[kept], est[kept], 1.0)
-    assert evo_are(gt, est) == evo_are(gt[kept], est[kept])
+    finite = np.isfinite(est).all(axis=(1, 2))
+    assert evo_rpe(gt, est, 1.0) == evo_rpe(gt[finite], est[finite], 1.0)
+    assert evo_are(gt, est) == evo_are(gt[finite], est[finite])
 
 
 def test_where_evo_stops_there_is_no_value():

@@ -50,12 +50,12 @@ def test_functions_are_metrics():
     poses = np.tile(np.eye(4), (3, 1, 1))
     moved = poses.copy()
     moved[2, 1, 3] = 4
-    found = metric(worst_error)
-    assert (found.name, found(poses, moved), found.larger_is_better) == ("worst_error", 4.0, False)
-    own = Metric("shares", lambda gt, est: np.mean(gt == est), "%", True, needs=())
-    assert metric(own) is own
-    assert header(own, "m") == "shares [%]"
-    assert own(poses, moved) == pytest.approx(8 / 9)
+    entry = metric(worst_error)
+    assert (entry.name, entry(poses, moved), entry.larger_is_better) == ("worst_error", 4.0, False)
+    shares = Metric("shares", lambda gt, est: np.mean(gt == est), "%", True, needs=())
+    assert metric(shares) is shares
+    assert header(shares, "m") == "shares [%]"
+    assert shares(poses, moved) == pytest.approx(8 / 9)
 
 
 @pytest.mark.parametrize(

@@ -77,20 +77,20 @@ def test_the_world_of_the_estimate_does_not_matter(names, scale):
     cameras = scene(n=60, step=20.0, sigma=0.1)
     near = scene(n=20)
     for name in names:
-        found = metric(name)
+        entry = metric(name)
         chosen = cameras if name.startswith("kitti") else near
-        value = found(*chosen)
-        assert found(*moved(chosen, 1, scale)) == pytest.approx(value, rel=1e-9, abs=1e-9), name
+        value = entry(*chosen)
+        assert entry(*moved(chosen, 1, scale)) == pytest.approx(value, rel=1e-9, abs=1e-9), name
         assert value not in (0, 100), name
 
 
 @given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(FAIL))
 def test_a_missing_camera_never_helps(seed, name):
-    found = metric(name)
+    entry = metric(name)
     cameras = scene(n=8, seed=seed, outliers=2)
-    value = found(*cameras)
+    value = entry(*cameras)
     for row in range(8):
-        assert found.sign * found(*without(cameras, row)) <= found.sign * value + 1e-9
+        assert entry.sign * entry(*without(cameras, row)) <= entry.sign * value + 1e-9
 
 
 @pytest.mark.parametrize("name", ["roterr", "transerr:cami2v", "cammc:cameractrl", "kitti"])
@@ -102,15 +102,15 @@ def test_sums_over_all_frames_and_kitti_refuse_missing_frames(name):
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_bounds_and_perfect_estimates(name):
     """Scores from 0 to 100 %, all of it for a perfect estimate; errors are 0 there."""
-    found = metric(name)
-    best = 100.0 if found.larger_is_better else 0.0
-    step = 20.0 if "order" in found.needs and not name.startswith("rpe") else 0.5
+    entry = metric(name)
+    best = 100.0 if entry.larger_is_better else 0.0
+    step = 20.0 if "order" in entry.needs and not name.startswith("rpe") else 0.5
     gt, est = scene(n=60 if step > 1 else 25, step=step)
-    assert found(gt, gt) == pytest.approx(best, abs=2e-6)
-    value = found(gt, est)
+    assert entry(gt, gt) == pytest.approx(best, abs=2e-6)
+    value = entry(gt, est)
     assert value >= 0
     assert type(value) is float
-    assert value <= best if found.larger_is_better else value > 0
+    assert value <= best if entry.larger_is_better else value > 0
 
 
 HOSTILE = {

@@ -98,7 +98,7 @@ def statistics(function, cameras, *arguments, **options):
 
 def ours(*poses):
     """Each key of the reference with a function that computes it."""
-    positions = [one[:, :3, 3] for one in poses]
+    positions = [matrices[:, :3, 3] for matrices in poses]
     angles, colmap_angles = [(k,) for k in ANGLES], [(k,) for k in COLMAP_ANGLES]
     table = {
         "pi3_ate_rpet_rper": lambda: [

@@ -157,13 +157,3 @@ for n_calls in (500, 10_000):
 assert peaks[1] - peaks[0] < 4096, peaks
 """
     assert python(code).stderr == ""
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(600)
-def test_the_kernel_compiles_for_webassembly(tmp_path):
-    """By Zig's compiler, where it is installed; there is no setjmp, for one thing."""
-    pytest.importorskip("ziglang")
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi", "-std=c11", "-c"]
-    for source in sorted((PACKAGE / KERNEL).glob("*.c")):
-        subprocess.run([*command, "-O1", "-o", tmp_path / "kernel.o", source], check=True)

@@ -37,14 +37,14 @@ def test_definition(cloud, kind, n, n_hypotheses, prescreen):
         gt[1] = gt[0]
         ours, theirs = np.random.default_rng(seed), np.random.default_rng(seed)
         options = {"rank": max(4, n // 10), "n_hypotheses": n_hypotheses, "prescreen": prescreen}
-        found, n_used = pcr99(gt, est, **options, rng=ours)
+        fitted, n_used = pcr99(gt, est, **options, rng=ours)
         expected, n_expected = paper.pcr99(gt, est, **options, rng=theirs)
         assert n_used == n_expected
         assert ours.random() == theirs.random()
-        assert found.scale == pytest.approx(expected.scale, rel=1e-12)
-        np.testing.assert_allclose(found.rotation, expected.rotation, rtol=0, atol=1e-11)
+        assert fitted.scale == pytest.approx(expected.scale, rel=1e-12)
+        np.testing.assert_allclose(fitted.rotation, expected.rotation, rtol=0, atol=1e-11)
         size = np.abs(est).max()
-        np.testing.assert_allclose(found.translation, expected.translation, atol=1e-11 * size)
+        np.testing.assert_allclose(fitted.translation, expected.translation, atol=1e-11 * size)
 
 
 DIFFICULT = {
@@ -73,9 +73,9 @@ def test_single_precision_rejects_no_cheaper_hypothesis(noisy_scene, kind, n, st
     if kind == "of two scales":
         est[::5] = reach * gt[::5]
     gt, est, rank = unit * gt + offset, unit * est + offset, n // 10
-    found, _ = pcr99(gt, est, rank=rank, n_hypotheses=1000, rng=rng())
+    fitted, _ = pcr99(gt, est, rank=rank, n_hypotheses=1000, rng=rng())
     expected, _ = paper.pcr99(gt, est, rank=rank, n_hypotheses=1000, rng=rng())
-    a, b = (np.sort(one.position_errors(gt, est))[rank - 1] for one in (found, expected))
+    a, b = (np.sort(each.position_errors(gt, est))[rank - 1] for each in (fitted, expected))
     assert a <= b * (1 + 1e-6) + 1e-11 * unit * max(1, offset)
 
 
@@ -92,17 +92,17 @@ def test_without_a_scale_the_same_triplets_are_fitted(noisy_scene, alignment, se
     turn = Rotation.from_rotvec([0.2, 0.1, 1.0] if alignment == "rigid" else [0, 0, 1.0])
     est = 1 + turn.apply(gt + generator.normal(0, 0.01, gt.shape))
     est[:3] = generator.uniform(-1, 1, (3, 3))
-    found, n_used = pcr99(gt, est, rank=6, n_hypotheses=1000, rng=rng(), alignment=alignment)
+    fitted, n_used = pcr99(gt, est, rank=6, n_hypotheses=1000, rng=rng(), alignment=alignment)
     triplets = paper.prescreened_triplets(gt, est, 1000, 0.1, rng()).T
     assert n_used == len(triplets)
-    assert found.scale == 1
+    assert fitted.scale == 1
     if alignment == "yaw":
-        np.testing.assert_allclose(found.rotation[2], [0, 0, 1], atol=1e-12)
+        np.testing.assert_allclose(fitted.rotation[2], [0, 0, 1], atol=1e-12)
         fits = [Similarity.fit(gt[t], est[t], alignment="yaw") for t in triplets]
         costs = [np.sort(fit.position_errors(gt, est))[5] for fit in fits]
-        cost = np.sort(found.position_errors(gt, est))[5]
+        cost = np.sort(fitted.position_errors(gt, est))[5]
         assert cost == pytest.approx(min(costs), rel=1e-9)
-    np.testing.assert_allclose(found.rotation, turn.as_matrix(), atol=0.1)
+    np.testing.assert_allclose(fitted.rotation, turn.as_matrix(), atol=0.1)
 
 
 # --- degenerate triangles -------------------------------------------------------------------------
@@ -110,9 +110,9 @@ def test_without_a_scale_the_same_triplets_are_fitted(noisy_scene, alignment, se
 
 def single(gt, est):
     """The best of the three hypotheses from three cameras."""
-    found, n_used = pcr99(gt, est, rank=3, n_hypotheses=1, rng=rng(), prescreen=math.inf)
+    fitted, n_used = pcr99(gt, est, rank=3, n_hypotheses=1, rng=rng(), prescreen=math.inf)
     assert n_used == 3
-    return found.scale, found.rotation, found.translation
+    return fitted.scale, fitted.rotation, fitted.translation
 
 
 @pytest.mark.parametrize("sine", [0.1, 1e-2, 1e-3, 1e-4, 1e-5])

@@ -66,9 +66,9 @@ def lowest_cost_near(start, gt, est, threshold):
         simplex = x + 0.01 * threshold * np.vstack([np.zeros(7), np.eye(7)])
         options = {"initial_simplex": simplex, "adaptive": True, "fatol": 1e-8, "maxiter": 2000}
         scene = gt, est, threshold
-        found = scipy.optimize.minimize(objective, x, scene, "Nelder-Mead", options=options)
-        x = found.x
-    return float(found.fun)
+        minimum = scipy.optimize.minimize(objective, x, scene, "Nelder-Mead", options=options)
+        x = minimum.x
+    return float(minimum.fun)
 
 
 # --- the optimum ----------------------------------------------------------------------------------
@@ -80,12 +80,12 @@ def test_no_hypothesis_costs_less(noisy_scene, seed, n, share, sigma):
     """Refining starts from the cheapest of those of PCR-99, and never goes up."""
     gt, est, threshold = local_scene(noisy_scene(n, int(share * n), sigma, seed))
     alignment = refined(gt, est, threshold, rng=seed, n_hypotheses=300).alignment
-    least = cost(alignment.position_errors(gt, est), threshold)
+    lowest = cost(alignment.position_errors(gt, est), threshold)
     for rank in {4, n // 4 + 1, n // 2 + 1}:
         rng = np.random.default_rng(seed)
         other, _ = pcr99(gt, est, rank=rank, n_hypotheses=300, rng=rng)
         if other is not None and n not in range(31, 61):  # where the triplets are others
-            assert least <= cost(other.position_errors(gt, est), threshold) + 1e-9
+            assert lowest <= cost(other.position_errors(gt, est), threshold) + 1e-9
     np.testing.assert_allclose(alignment.rotation @ alignment.rotation.T, np.eye(3), atol=1e-9)
     assert np.linalg.det(alignment.rotation) == pytest.approx(1)
     assert alignment.scale > 0
@@ -157,8 +157,8 @@ def test_optimum_of_many_cameras(noisy_scene, n, share):
     gt, est = gt[::-1], est[::-1]
     alignment = refined(gt, est, threshold).alignment
     start = Similarity.fit(gt[n_outliers:], est[n_outliers:])
-    least = lowest_cost_near(start, gt, est, threshold)
-    assert cost(alignment.position_errors(gt, est), threshold) < least + TOLERANCE
+    lowest = lowest_cost_near(start, gt, est, threshold)
+    assert cost(alignment.position_errors(gt, est), threshold) < lowest + TOLERANCE
 
 
 # --- how it repeats -------------------------------------------------------------------------------
@@ -202,9 +202,9 @@ def test_difficult_scenes_repeat(kind, seed):
     """The largest score may shrink the estimate to a dense cluster; each seed must find it so."""
     gt, est = REPEATED[kind](seed)
     scores = [refined(gt, est, rng=rng).score for rng in range(6)]
-    many = refined(gt, est, n_hypotheses=20_000).score
+    thorough = refined(gt, est, n_hypotheses=20_000).score
     assert np.std(scores, ddof=1) < 0.001
-    assert min(scores) > max(many - 0.003, tas(gt, est).score)
+    assert min(scores) > max(thorough - 0.003, tas(gt, est).score)
 
 
 @pytest.mark.parametrize("seed", range(5))

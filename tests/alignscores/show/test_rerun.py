@@ -11,9 +11,9 @@ chunk = pytest.importorskip("rerun.chunk")
 def read(path):
     """Return {entity: {column: values}} of a recording; a column may be in several chunks."""
     entities = {}
-    for one in chunk.RrdReader(path).stream().to_chunks():
-        columns = entities.setdefault(one.entity_path, {})
-        for name, values in one.to_record_batch().to_pydict().items():
+    for part in chunk.RrdReader(path).stream().to_chunks():
+        columns = entities.setdefault(part.entity_path, {})
+        for name, values in part.to_record_batch().to_pydict().items():
             columns.setdefault(name, []).append(values)
     return entities
 
@@ -47,8 +47,8 @@ def test_a_recording_has_what_the_evaluation_has(command, tmp_path, lost):
     reference = evaluation.reference.poses[matches.expected_rows]
     seconds = evaluation.reference.keys[matches.expected_rows] - evaluation.reference.keys[0]
     entities = read(path)
-    own = {name: value for name, value in entities.items() if name.startswith("/estimates")}
-    camera, *_ = (value for name, value in own.items() if name.endswith("/camera"))
+    shown = {name: value for name, value in entities.items() if name.startswith("/estimates")}
+    camera, *_ = (value for name, value in shown.items() if name.endswith("/camera"))
 
     _, ends = column(camera, "Clear:is_recursive")
     first_lost = ~found & np.roll(found, 1)
@@ -63,11 +63,11 @@ def test_a_recording_has_what_the_evaluation_has(command, tmp_path, lost):
         ("position_error", evaluation.result.tas.errors),
         ("rotation_error", evaluation.result.ras.errors),
     ):
-        (series,) = (value for name, value in own.items() if name.endswith(kind))
+        (series,) = (value for name, value in shown.items() if name.endswith(kind))
         values, times = column(series, "Scalars:scalars")
         np.testing.assert_allclose(values, errors[np.isfinite(errors)], rtol=1e-12)
         np.testing.assert_allclose(times, seconds[np.isfinite(errors)], atol=1e-6)
-    (series,) = (value for name, value in own.items() if name.endswith("/lost"))
+    (series,) = (value for name, value in shown.items() if name.endswith("/lost"))
     values, _ = column(series, "Scalars:scalars")
     np.testing.assert_array_equal(values == 1, ~found)
     assert 0 < values.sum() < len(values)

@@ -88,5 +88,5 @@ def test_drift_is_a_random_walk_from_the_first_camera_on():
 def test_bias_is_constant_in_the_camera_frame():
     turns, shifts, rotations, _ = errors("bias")
     for vectors in (turns, shifts):
-        own = np.einsum("nji,nj->ni", rotations, vectors)
-        np.testing.assert_allclose(own, np.tile(own[0], (1000, 1)), atol=1e-12)
+        rotated = np.einsum("nji,nj->ni", rotations, vectors)
+        np.testing.assert_allclose(rotated, np.tile(rotated[0], (1000, 1)), atol=1e-12)

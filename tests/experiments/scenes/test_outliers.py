@@ -11,12 +11,12 @@ from experiments.scenes import PATHS, make_scene
 from experiments.scenes.outliers import CLUSTER_SCALES, OUTLIERS
 
 
-def outliers(kind, count, *, seed=0, geometry="car", n=100, side=10.0):
+def outliers(pattern, count, *, seed=0, geometry="car", n=100, side=10.0):
     """Return rotations and positions with outliers, and those without."""
     rng = np.random.default_rng(seed)
     gt_rotations, gt_positions = PATHS[geometry](rng, n, 1.0)
     rotations, positions = gt_rotations.copy(), gt_positions.copy()
-    OUTLIERS[kind](rng, rotations, positions, count, side)
+    OUTLIERS[pattern](rng, rotations, positions, count, side)
     return rotations, positions, gt_rotations, gt_positions
 
 
@@ -25,16 +25,18 @@ def changed(now, before):
     return np.flatnonzero((now != before).reshape(len(now), -1).any(axis=1))
 
 
-@pytest.mark.parametrize("kind", OUTLIERS)
+@pytest.mark.parametrize("pattern", OUTLIERS)
 @pytest.mark.parametrize("count", [0, 1, 17, 60])
-def test_so_many_cameras_are_outliers_and_the_others_are_untouched(kind, count):
+def test_so_many_cameras_are_outliers_and_the_others_are_untouched(pattern, count):
     # A random walk: no last motion leads to the next true camera.
-    rotations, positions, gt_rotations, gt_positions = outliers(kind, count, geometry="random_walk")
+    rotations, positions, gt_rotations, gt_positions = outliers(
+        pattern, count, geometry="random_walk"
+    )
     np.testing.assert_array_equal(
         changed(rotations, gt_rotations), changed(positions, gt_positions)
     )
     assert len(changed(positions, gt_positions)) == count
-    again = outliers(kind, count, geometry="random_walk")
+    again = outliers(pattern, count, geometry="random_walk")
     np.testing.assert_array_equal(again[0], rotations)
     np.testing.assert_array_equal(again[1], positions)
 
@@ -70,20 +72,20 @@ def test_a_cluster_is_consecutive_and_moved_by_one_similarity():
         assert stats.kstest(column, stats.uniform(-1, 2).cdf).pvalue > 1e-3
 
 
-@pytest.mark.parametrize("kind", ["frozen", "diverging"])
-def test_a_lost_track_goes_on_from_what_was_estimated(kind):
+@pytest.mark.parametrize("pattern", ["frozen", "diverging"])
+def test_a_lost_track_goes_on_from_what_was_estimated(pattern):
     """The noise of the last pose, or of the last motion, is in all that follow it."""
     rng = np.random.default_rng(0)
     noisy = {"geometry": "car", "n_cameras": 60, "sigma_t": 0.2, "sigma_r_deg": 5.0}
-    scene = make_scene(rng, **noisy, outliers=kind, n_outliers=20)
-    whole = make_scene(np.random.default_rng(0), **noisy, outliers=kind, n_outliers=0)
+    scene = make_scene(rng, **noisy, outliers=pattern, n_outliers=20)
+    whole = make_scene(np.random.default_rng(0), **noisy, outliers=pattern, n_outliers=0)
     np.testing.assert_array_equal(scene.est_poses[:40], whole.est_poses[:40])
     tracked = list(zip(scene.est_rotations[37:], scene.est_positions[37:], strict=True))
     motions = [
         np.column_stack([before.T @ after, before.T @ (there - here)])
         for (before, here), (after, there) in pairwise(tracked)
     ]
-    expected = motions[1] if kind == "diverging" else np.eye(3, 4)
+    expected = motions[1] if pattern == "diverging" else np.eye(3, 4)
     np.testing.assert_allclose(motions[2:], np.tile(expected, (20, 1, 1)), atol=1e-9)
 
 

@@ -1,0 +1,102 @@
+"""Camera rigs: which poses are of one rig frame, and whether d is the baseline of a rig."""
+
+import re
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike, NDArray
+
+from ..arrays import Floats, Indices
+from ..io import Trajectory, is_model, read_rig_frames
+from ..translation import closest_pair_quartile
+from ..validation import check_groups
+from .settings import Settings
+
+__all__ = ["by_keys", "clumps", "of_groups", "of_model", "rig_frames"]
+
+FAR = 3  # times as distant; on a smooth path it is twice at most
+MAX_CAMERAS = 12  # of a rig
+
+
+def of_groups(reference: Any, groups: ArrayLike) -> dict[Any, int]:
+    """Return the rig frames of the poses of a reference in memory, by their keys."""
+    if not isinstance(reference, Trajectory):
+        raise ValueError(
+            "groups need a reference in memory, whose rows they label: an array or a Trajectory; "
+            "of files rig_frames names the rig frames"
+        )
+    labels = check_groups(groups, len(reference.keys), "the reference").tolist()
+    rows = zip(reference.keys.tolist(), labels, strict=True)
+    return dict(reversed(list(rows)))  # of those with the same key the first one counts
+
+
+def of_model(reference: Any, settings: Settings) -> dict[Any, int]:
+    """Return the rig frames of the images of a COLMAP model; none of any other reference.
+
+    In fewer than four, as of a dome of cameras that all look at once, each camera counts.
+    """
+    is_file = settings.format == "colmap" and isinstance(reference, (str, PathLike))
+    if settings.rig_frames != "auto" or not (is_file or is_model(reference)):
+        return {}
+    frames = read_rig_frames(reference)
+    return dict(frames) if len(set(frames.values())) >= 4 else {}
+
+
+def by_keys(frames: Mapping[Any, int], keys: NDArray[Any]) -> Indices | None:
+    """Return the rig frame of each key; one of its own for a key without, None without frames."""
+    if not frames:
+        return None
+    n = max(frames.values()) + 1
+    return np.array([frames.get(key, n + row) for row, key in enumerate(keys.tolist())])
+
+
+def rig_frames(keys: NDArray[Any], positions: Floats, settings: Settings) -> Indices | None:
+    """Return a label for each image, the same for those of one rig frame; None without a rig.
+
+    Images with the same file name in different folders are of one rig frame if they are closer
+    together than rig frames are: several recordings can have the same file names, too.
+    """
+    if keys.dtype.kind != "U" or settings.rig_frames == "none":
+        return None
+    if settings.rig_frames == "auto":
+        frames = [key.rpartition("/")[2] for key in keys]
+    else:
+        matched = [re.search(settings.rig_frames, key) for key in keys]
+        if not any(matched):
+            raise ValueError(f"rig_frames: no name fits, such as {str(keys[0])!r}")
+        frames = [one.group(1) if one else key for one, key in zip(matched, keys, strict=True)]
+    _, labels, counts = np.unique(frames, return_inverse=True, return_counts=True)
+    if counts.max() == 1:
+        return None
+    if settings.rig_frames == "auto":
+        means = np.stack([np.bincount(labels, axis) for axis in positions.T], axis=1)
+        apart = np.linalg.norm(positions - (means / counts[:, None])[labels], axis=1)
+        if not np.median(apart) < _spacing(positions, labels):
+            return None
+    return labels
+
+
+def clumps(positions: Floats, d: float) -> tuple[int, float]:
+    """Return of how many cameras clumps are, and how far they are apart; zeros without clumps.
+
+    Cameras lie in clumps of k if for most of them the k-th neighbour is far more distant than the
+    one before, and by their upper quartile, as of d, far more than d. On a smooth path neighbours
+    are 1, 1, 2, 2, ... steps away, and at random positions distances grow still more evenly.
+    """
+    k = min(MAX_CAMERAS, len(positions) // 4)  # d needs four rig frames
+    distances = scipy.spatial.KDTree(positions).query(positions, k=k + 1)[0][:, 1:]
+    far = np.mean(distances[:, 1:] > FAR * distances[:, :-1], axis=0)
+    n = int(np.argmax(far)) + 1
+    spacing = float(np.quantile(distances[:, n], 0.75, method="inverted_cdf"))
+    return (n + 1, spacing) if far[n - 1] > 0.5 and spacing > FAR * d else (0, 0.0)
+
+
+def _spacing(positions: Floats, labels: Indices) -> float:
+    """Return d of rig frames; NaN where it is undefined."""
+    try:
+        return closest_pair_quartile(positions, groups=labels)
+    except ValueError:
+        return np.nan
