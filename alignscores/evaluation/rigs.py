@@ -87,6 +87,8 @@ def clumps(positions: Floats, d: float) -> tuple[int, float]:
     are 1, 1, 2, 2, ... steps away, and at random positions distances grow still more evenly.
     """
     k = min(MAX_CAMERAS, len(positions) // 4)  # d needs four rig frames
+    if k < 2:
+        return 0, 0.0
     distances = scipy.spatial.KDTree(positions).query(positions, k=k + 1)[0][:, 1:]
     far = np.mean(distances[:, 1:] > FAR * distances[:, :-1], axis=0)
     n = int(np.argmax(far)) + 1
