@@ -83,8 +83,8 @@ def with_formats(settings: Settings, reference: Any, estimate: Any) -> Settings:
     """Return the settings with the formats of reference and estimate, as far as they are open."""
     if settings.format is not None:
         return settings
-    form = format_of(reference, settings.ref_columns or settings.columns)
-    est_form = settings.est_format or format_of(estimate, settings.est_columns or settings.columns)
+    form = format_of(reference, settings.columns_of_reference)
+    est_form = settings.est_format or format_of(estimate, settings.columns_of_estimates)
     return replace(settings, format=form, est_format=None if est_form == form else est_form)
 
 
@@ -155,7 +155,8 @@ def _read(path: FilePath, settings: Settings, side: str) -> Trajectory:
     own: str | None = getattr(settings, f"{side}_columns")
     if own and not form.tables:
         raise FileError(path, f"is no text table, whose columns --{side}_columns names")
-    columns = own or settings.columns
+    ref_columns, est_columns = settings.columns_of_reference, settings.columns_of_estimates
+    columns = ref_columns if side == "ref" else est_columns
     try:
         return form.read(path, **form.options(getattr(settings, f"{side}_topic"), columns))
     except FileError as error:
