@@ -1,16 +1,23 @@
 """Texts as they are printed: names of files, short, unique and printable, in columns."""
 
-import csv
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
-from io import StringIO
 from itertools import takewhile
 from pathlib import Path
 from reprlib import Repr
 from typing import Any
 
-__all__ = ["WIDTH", "alike", "brief", "csv_text", "distinct", "first_few", "numbered", "padded"]
+__all__ = [
+    "WIDTH",
+    "aligned",
+    "alike",
+    "brief",
+    "distinct",
+    "first_few",
+    "numbered",
+    "padded",
+]
 __all__ += ["printable", "shortened", "text_table", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
@@ -91,22 +98,6 @@ def _escape(letter: str) -> str:
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
 
 
-def csv_text(header: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
-    """Return a table of CSV; what a spreadsheet would take for a formula gets an apostrophe."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(map(_cell, line) for line in lines)
-    return text.getvalue()
-
-
-def _cell(value: object) -> object:
-    if not isinstance(value, str):
-        return value
-    text = printable(value)
-    return f"'{text}" if text.startswith(("=", "+", "-", "@")) else text
-
-
 def text_width(text: str) -> int:
     """Return the width of a text on a terminal, where Chinese and its like take two columns."""
     marks = sum(unicodedata.combining(letter) > 0 for letter in text)
@@ -121,22 +112,25 @@ def padded(text: str, width: int) -> str:
 
 def text_table(rows: Sequence[Sequence[str]], columns: int) -> str:
     """Return rows for a terminal, in parts, each with the first column, if they are too wide."""
-    blocks, start = [], 1
-    while start < len(rows[0]):
-        end = len(rows[0])
-        while end > start + 1 and text_width(_block(rows, start, end)[0]) > columns:
+    parts, start, n = [], 1, len(rows[0])
+    while start < n:
+        end = n
+        while end > start + 1 and text_width(aligned(_part(rows, start, end))[0]) > columns:
             end -= 1
-        blocks.append("\n".join(line.rstrip() for line in _block(rows, start, end)))
+        parts.append("\n".join(aligned(_part(rows, start, end))))
         start = end
-    return "\n\n".join(blocks)
+    return "\n\n".join(parts)
 
 
-def _block(rows: Sequence[Sequence[str]], start: int, end: int) -> list[str]:
-    """Return some columns with the first, their cells below each other."""
-    chosen = [[row[0], *row[start:end]] for row in rows]
-    first, *others = [max(map(text_width, column)) for column in zip(*chosen, strict=True)]
-    widths = [first, *(-width for width in others)]  # numbers end below each other
-    return ["  ".join(map(padded, row, widths)) for row in chosen]
+def _part(rows: Sequence[Sequence[str]], start: int, end: int) -> list[list[str]]:
+    return [[row[0], *row[start:end]] for row in rows]
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table; names begin below each other, numbers end there."""
+    first, *others = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
+    widths = [first, *(-width for width in others)]
+    return ["  ".join(map(padded, row, widths)).rstrip() for row in rows]
 
 
 def unique_names(files: Sequence[str]) -> list[str]:

@@ -26,9 +26,8 @@ REFERENCE = (  # the second has further cases of 200 cameras and more
 OF_LEVELS = {  # folders and files, as in README.md
     "mathematics": ("alignscores", "baselines"),
     "library": (
-        *("alignscores/comparison", "alignscores/evaluation", "alignscores/pages"),
+        *("alignscores/comparison", "alignscores/evaluation", "alignscores/io"),
         *("alignscores/show", "alignscores/test_real.py", "alignscores/test_torch.py"),
-        "alignscores/io",
     ),
     "command": ("alignscores/cli", "golden"),
     "study": ("cluster", "experiments", "figures", "studies", "workflow"),

@@ -9,29 +9,38 @@ from pathlib import Path
 
 import pandas as pd
 
-from ..comparison.baseline import GATE_LEVEL, changes, read_baseline
+from ..comparison.baseline import GATE_LEVEL, Changes, changes, read_baseline
 from ..comparison.benchmark import Benchmark
 from ..comparison.comparison import (
     Comparison,
     compare_runs,
+    csv_of_runs,
     find_benchmark,
     from_table,
     read_runs,
 )
 from ..comparison.gate import WORSE, Condition, conditions_of, reasons_to_fail
-from ..comparison.plot import picture
 from ..comparison.runs import SCORES
 from ..comparison.summary import Design, measured
+from ..comparison.tables import as_latex, problems_of
 from ..evaluation.settings import Settings
-from ..extras import require
 from ..io import FORMATS
 from ..metrics import metric
+from ..show.report import json_report, markdown_report, text_report
 from ..texts import printable
 from ..writing import write_whole
-from .output import print_error, print_note, show_progress
-from .parser import Parser, output_file
-from .report import Report
-from .saving import refuse_to_replace
+from .output import (
+    OF_BOTH,
+    STDOUT,
+    files_of,
+    needed_by,
+    print_error,
+    print_note,
+    refuse_to_replace,
+    show_progress,
+    table_width,
+)
+from .parser import Parser
 
 __all__ = ["compare_parser", "run"]
 
@@ -61,21 +70,28 @@ FAIL_ON = (
 )
 FAILS = 3  # exit code
 INTERRUPTED = 130  # exit code
-STDOUT = Path("-")
-FILES_OF = {  # what each option saves, and its file in the folder of --output
-    "save_page": ("html", "comparison.html"),
-    "save_json": ("json", "comparison.json"),
-    "save_csv": ("csv", "runs.csv"),
-    "markdown": ("markdown", "comparison.md"),
-    "save_plot": ("plot", "comparison.png"),
-    "latex": ("latex", "comparison.tex"),
+IN_FOLDER = {  # of --output
+    "save_page": "comparison.html",
+    "save_plot": "comparison.png",
+    "save_csv": "runs.csv",
+    "markdown": "comparison.md",
+    "latex": "comparison.tex",
+    "save_json": "comparison.json",
 }
+OF_SCORE = dict.fromkeys(  # options that are not of this command
+    [
+        *("--save_errors", "--save_aligned", "--save_results", "--save_rrd", "--plot_mode"),
+        *("-p", "--plot", "-r", "--pose_relation"),
+    ],
+    "alignscores REF EST",
+)
 
 
 def compare_parser() -> Parser:
     """Return the parser; its help has all options, or the everyday ones."""
     parser = Parser(
         EVERYDAY,
+        OF_SCORE,
         prog="alignscores compare",
         usage=USAGE,
         description="Compare systems over sequences and runs. Lost frames, failed and missing runs "
@@ -100,21 +116,7 @@ def compare_parser() -> Parser:
     help = "dependent: runs of the same name share a build or a night, and count as one value"
     add("--runs", choices=("independent", "dependent"), default="independent", help=help)
     add("--paired", action="store_true", help="compare runs of the same name")
-    output = parser.groups["output"]
-    add = output.add_argument
-    add("-v", "--verbose", action="store_true", help="explain the numbers")
-    page, plot = output_file(".html"), output_file(".png", ".pdf", ".svg")
-    add("--save_page", "--html", metavar="FILE.html", type=page, help="save an HTML page")
-    add("--save_plot", metavar="FILE", type=plot, help="save a plot of all runs")
-    add("--save_json", metavar="FILE", type=output_file(".json"), help="save what --json prints")
-    add("--save_csv", metavar="FILE", type=output_file(".csv"), help="save what --csv prints")
-    add("--markdown", metavar="FILE", type=Path, help="save a report in Markdown; - prints it")
-    add("-o", "--output", metavar="FOLDER", type=Path, help="save all of these in a folder")
-    add = output.add_mutually_exclusive_group().add_argument
-    for form, what in (("json", "JSON"), ("csv", "the runs as CSV"), ("latex", "a LaTeX table")):
-        help = f"print {what} instead of the table"
-        add(f"--{form}", dest="show", action="store_const", const=form, help=help)
-    parser.set_defaults(show="text")
+    parser.add_outputs(OF_BOTH, IN_FOLDER.values())
     return parser
 
 
@@ -137,8 +139,6 @@ def _run(argv: Sequence[str]) -> int:
     parser = compare_parser()
     arguments = parser.parse(argv)
     settings = parser.settings(arguments)
-    if arguments.markdown == STDOUT and arguments.show != "text":
-        parser.error(f"--markdown - and --{arguments.show} both print")
     if arguments.paired and arguments.runs == "dependent":
         parser.error("--paired and --runs dependent exclude each other")
     table = _table(arguments)
@@ -147,7 +147,9 @@ def _run(argv: Sequence[str]) -> int:
     benchmark = None if table is not None else _benchmark(parser, arguments, settings)
     if arguments.dry_run and benchmark:
         return _show_found(benchmark)
-    outputs = _outputs(arguments)
+    if arguments.show != "text":
+        needed_by(arguments.show)
+    outputs = files_of(arguments, IN_FOLDER)
     refuse_to_replace(_inputs(benchmark, arguments), outputs.items())
     saved = read_baseline(arguments.baseline, arguments.by) if arguments.baseline else None
 
@@ -157,19 +159,20 @@ def _run(argv: Sequence[str]) -> int:
         levels = [one.limit for one in gate if one.relation == WORSE]
         changed = changes(found, arguments.baseline, saved, *levels[:1])
     reasons = reasons_to_fail(gate, found, changed) if gate else []
-    problems = found.problems + [f"{error}; it counts as a failure" for error in found.failed]
+    problems = problems_of(found)
 
-    report = Report(found, changed, reasons)
     for option, path in outputs.items():
-        form = FILES_OF[option][0]
         try:
-            content = picture(found, path) if form == "plot" else report.written(form).encode()
-            write_whole(path, content)
+            write_whole(path, _content(option, found, changed, reasons, path))
         except ValueError as error:
             problems.append(f"{path}: {error}")
-    form = "markdown" if arguments.markdown == STDOUT else arguments.show
-    print(report.written(form, verbose=arguments.verbose), end="", flush=True)
-    if form in ("csv", "latex"):  # the other forms have them below the verdict
+    if arguments.show == "text":
+        columns, verbose = table_width(), arguments.verbose
+        text = text_report(found, changed, columns=columns, verbose=verbose)
+    else:
+        text = _content(arguments.show, found, changed, reasons).decode()
+    print(text, end="", flush=True)
+    if arguments.show in ("csv", "latex"):  # the other forms have them below the verdict
         for note in found.notes + (changed.notes if changed else []):
             print_note(note)
     for problem in [*problems, *reasons]:
@@ -210,23 +213,31 @@ def _compared(
     )
 
 
-def _outputs(arguments: argparse.Namespace) -> dict[str, Path]:
-    """Return the files that will be written, by option; the packages that they need are there."""
-    files: dict[str, Path] = {}
-    for option, (_, name) in FILES_OF.items():
-        file = getattr(arguments, option, None)
-        if file is None and arguments.output:
-            file = arguments.output / name
-        if file not in (None, STDOUT):
-            files[option] = file
-    needed = {"markdown": "tabulate", "latex": "jinja2"}
-    printed = ["markdown"] if arguments.markdown == STDOUT else [arguments.show]
-    for option in [*files, *printed]:
-        if option in needed:
-            require(needed[option], "compare")
-    if "save_plot" in files:
-        require("matplotlib", "plots")
-    return files
+def _content(
+    option: str,
+    found: Comparison,
+    changed: Changes | None,
+    reasons: Sequence[str],
+    path: Path = STDOUT,
+) -> bytes:
+    """Return what an option writes or prints."""
+    match option.removeprefix("save_"):
+        case "csv":
+            return csv_of_runs(found.runs).encode()
+        case "markdown":
+            return markdown_report(found, changed, reasons).encode()
+        case "latex":
+            return as_latex(found).encode()
+        case "plot":
+            from ..show.comparison_plot import figure_of_comparison  # needs Matplotlib
+            from ..show.plots import picture
+
+            return picture(figure_of_comparison(found), path.suffix)
+        case "page":
+            from ..show.comparison_page import page_of_comparison  # needs plotly
+
+            return page_of_comparison(found, changed, reasons).encode()
+    return json_report(found, changed).encode()
 
 
 def _gate(parser: Parser, arguments: argparse.Namespace, names: Sequence[str]) -> list[Condition]:

@@ -1,98 +1,106 @@
-"""What is printed: a table or JSON, notes and errors."""
+"""What both commands print and write: notes, errors, progress, and a file an option."""
 
-import json
+import argparse
 import shutil
 import sys
-from dataclasses import dataclass, field
-from textwrap import fill
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from os.path import realpath
+from pathlib import Path
 
-from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import why
-from ..evaluation.settings import Settings
+from ..evaluation.reading import files_below
+from ..extras import require
 from ..io import FileError
-from ..show import tables
-from ..texts import WIDTH, alike, printable
-from ..version import __version__
+from ..texts import printable
 
-__all__ = ["Results", "one_line", "print_error", "print_note", "print_notes"]
-__all__ += ["show_progress", "show_table", "table_width"]
-
-
-SHOWN_MODELS = 5  # of an estimate, without --verbose
+__all__ = ["OF_BOTH", "OUTPUTS", "PRINTED", "STDOUT", "files_of", "needed_by"]
+__all__ += ["one_line", "print_error", "print_note", "refuse_to_replace"]
+__all__ += ["show_progress", "table_width"]
 
 
-@dataclass
-class Results:
-    """What became of all files: evaluations, failures, and notes on the reference."""
+@dataclass(frozen=True)
+class Output:
+    """What an option writes: by which suffixes, and which packages of an extra that takes."""
 
-    settings: Settings
-    reference: str
-    scored: list[Evaluation] = field(default_factory=list)
-    failed: list[dict[str, str]] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    help: str
+    suffixes: tuple[str, ...] = ()
+    packages: tuple[str, ...] = ()
+    extra: str = ""
+    each: bool = False  # a file an estimate
 
-    def fail(self, file: str, error: Exception) -> None:
-        """Add and print that a file cannot be read, scored or written."""
-        message = one_line(error, file)
-        self.failed.append({"file": printable(file), "error": message})
-        print_error(message)
 
-    def all_notes(self) -> list[str]:
-        """Return the notes on the reference, and why files failed."""
-        return [*self.notes, *(f"error: {one['error']}" for one in self.failed)]
+OUTPUTS = {
+    "save_page": Output(
+        "save a page with the table and drawings", (".html",), ("plotly", "jinja2"), "page"
+    ),
+    "save_plot": Output("save the plot", (".png", ".pdf", ".svg"), ("matplotlib",), "plots"),
+    "save_errors": Output(
+        "save the errors of each expected frame", (".csv",), ("pandas",), "tables"
+    ),
+    "save_csv": Output("save what --csv prints", (".csv",), ("pandas",), "tables"),
+    "markdown": Output(
+        "save the tables in Markdown, with all notes; - prints them",
+        packages=("pandas", "tabulate"),
+        extra="tables",
+    ),
+    "latex": Output("print a table in LaTeX", packages=("pandas", "jinja2"), extra="tables"),
+    "save_aligned": Output("save the aligned estimate, as TUM or KITTI", (".txt",), each=True),
+    "save_results": Output("save results for evo_res", (".zip",), ("evo",), "evo", each=True),
+    "save_rrd": Output("save a recording for the Rerun viewer", (".rrd",), ("rerun",), "rerun"),
+    # The last, since it has what could not be written.
+    "save_json": Output("save what --json prints", (".json",)),
+}
+OF_BOTH = "save_page", "save_plot", "save_json", "save_csv", "markdown"  # commands
+PRINTED = {"json": "JSON", "csv": "CSV", "latex": "LaTeX"}  # instead of the table
+STDOUT = Path("-")
 
-    def written(self, form: str) -> str:
-        """Return what was scored as json, csv, markdown or latex."""
-        match form:
-            case "json":
-                return self._json()
-            case "csv":
-                return tables.csv(self.scored)
-            case "latex":
-                return tables.latex(self.scored)
-        return tables.markdown(self.scored, self.all_notes())
 
-    def _json(self) -> str:
-        """Return settings, results and failures as JSON."""
-        content = {
-            "version": __version__,
-            "reference": printable(self.reference),
-            **self.settings.to_dict(),
-            "notes": self.notes,
-            "results": [evaluation.to_dict() for evaluation in self.scored],
-            "failed": self.failed,
-        }
-        return json.dumps(content, indent=2, allow_nan=False) + "\n"
+def files_of(arguments: argparse.Namespace, in_folder: Mapping[str, str]) -> dict[str, Path]:
+    """Return the files that will be written, by option; the packages that they take are there.
+
+    `in_folder` are the names of those in the folder of --output, of which a note says which one is
+    not written for want of a package.
+    """
+    files = {}
+    for option, output in OUTPUTS.items():
+        path = getattr(arguments, option, None)
+        if path not in (None, STDOUT):
+            needed_by(option)
+            files[option] = path
+        elif arguments.output and option in in_folder:
+            missing = [package for package in output.packages if find_spec(package) is None]
+            if missing:
+                install = (
+                    f'{missing[0]} is not installed: pip install "alignscores[{output.extra}]"'
+                )
+                print_note(f"{in_folder[option]} is not written: {install}")
+            else:
+                files[option] = arguments.output / in_folder[option]
+    return files
+
+
+def needed_by(option: str) -> None:
+    """Raise ModuleNotFoundError where a package is missing that an option takes."""
+    output = OUTPUTS[option if option in OUTPUTS else f"save_{option}"]
+    for package in output.packages:
+        require(package, output.extra)
+
+
+def refuse_to_replace(inputs: Iterable[str], outputs: Iterable[tuple[str, Path]]) -> None:
+    """Check that no output, by option, replaces an input or another output."""
+    used = {realpath(file): f"the input {file}" for path in inputs for file in files_below(path)}
+    for option, path in outputs:
+        target = realpath(path)  # unlike `Path.resolve`, also of a link to itself
+        if target in used:
+            raise ValueError(f"--{option} {path} would replace {used[target]}; name another")
+        used[target] = f"what --{option} writes"
 
 
 def table_width() -> int:
     """Return the columns of this terminal; a file takes 120."""
     return shutil.get_terminal_size((120, 0)).columns
-
-
-def show_table(results: Results, *, verbose: bool) -> None:
-    """Print the table with its conditions; `verbose` adds where the scores are lost, and terms."""
-    scored = results.scored
-    print(tables.text(scored, table_width()))
-    print("\n".join(tables.conditions(scored)))
-    if models := tables.text_of_models(scored, most=None if verbose else SHOWN_MODELS):
-        print(f"\n{models}")
-    if verbose and not results.settings.metrics:
-        print(f"\n{tables.text_of_deficits(scored)}\n")
-        for term, meaning in tables.terms(scored):
-            print(fill(f"{term:15}{meaning}", WIDTH, subsequent_indent=" " * 15))
-
-
-def print_notes(results: Results, *, verbose: bool) -> None:
-    """Print the notes; without `verbose` a line for those on estimates that are alike."""
-    notes = [
-        ("" if note.kind == "file" else evaluation.name, str(note))  # which names the file itself
-        for evaluation in results.scored
-        for note in evaluation.notes
-    ]
-    shown = [f"{name}: {note}" if name else note for name, note in notes]
-    for line in [*results.notes, *(shown if verbose else alike(notes))]:
-        print_note(line)
 
 
 def print_note(message: str) -> None:

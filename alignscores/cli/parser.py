@@ -1,26 +1,35 @@
 """What the parsers of the command share: a short and a full help, errors in one line, hints."""
 
 import argparse
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ..evaluation.settings import Settings, options
+from ..evaluation.settings import ABOUT, Settings
 from ..texts import printable
 from .evo import ELSEWHERE, add_alignment, alignment_of
-from .output import print_note
+from .output import OUTPUTS, PRINTED, STDOUT, print_note
 
-__all__ = ["Parser", "output_file"]
+__all__ = ["Parser"]
+
+METAVARS = {
+    **{"frames": "FILE", "ref_topic": "TOPIC", "est_topic": "TOPIC", "rig_frames": "REGEX"},
+    **dict.fromkeys(["columns", "ref_columns", "est_columns", "metrics"], "NAMES"),
+}
 
 
 class Parser(argparse.ArgumentParser):
     """A parser that shows its everyday options with ``--help`` and all with ``--help-all``."""
 
-    def __init__(self, everyday: Collection[str], **kwargs: Any) -> None:
+    def __init__(
+        self, everyday: Collection[str], foreign: Mapping[str, str], **kwargs: Any
+    ) -> None:
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **kwargs)
         self.shown = {"help", "help_all", "files", *everyday}
         self.add_argument("--help-all", action="help", help="show all options and exit")
         self.groups: dict[str, Any] = {}
+        self.foreign = foreign  # options of the other command, and its name
 
     def format_help(self) -> str:
         """Return the help of the options that are shown."""
@@ -31,36 +40,61 @@ class Parser(argparse.ArgumentParser):
 
     def add_settings(self) -> None:
         """Add an option for each setting but the format, in its group."""
-        for name, option in options().items():
+        for name, about in ABOUT.items():
             if name == "format":
                 continue
             default = getattr(Settings, name)
-            kind: dict[str, Any] = {"metavar": option.numbers or "NAMES"}
+            kind: dict[str, Any] = {"metavar": METAVARS.get(name, about.get("numbers", "X"))}
             if default is False:
                 kind = {"action": "store_true"}
-            elif option.choices:
-                kind = {"choices": option.choices}
-            elif option.number:
-                kind = {"metavar": "X"}
-            elif option.topics:
-                kind = {"metavar": "TOPIC"}
-            elif name == "frames":
-                kind = {"metavar": "FILE"}
-            help = f"{option.help} (default: %(default)s)" if default else option.help
-            if option.group not in self.groups:
-                self.groups[option.group] = self.add_argument_group(option.group)
-            add = self.groups[option.group].add_argument
+            elif "choices" in about:  # checked by `Settings`, like all values
+                kind = {"metavar": f"{{{','.join(about['choices'])}}}"}
+            help = f"{about['help']} (default: %(default)s)" if default else about["help"]
+            if about["group"] not in self.groups:
+                self.groups[about["group"]] = self.add_argument_group(about["group"])
+            add = self.groups[about["group"]].add_argument
             add(f"--{name}", default=default, help=help, **kind)
         add_alignment(self.groups["scoring"].add_argument)
 
+    def add_outputs(self, options: Iterable[str], folder: Iterable[str]) -> None:
+        """Add what both commands print and write; `folder` are the files that ``-o`` writes."""
+        add = self.groups["output"].add_argument
+        add("-v", "--verbose", action="store_true", help="explain the numbers")
+        only_one = self.groups["output"].add_mutually_exclusive_group().add_argument
+        for form, name in PRINTED.items():
+            help = f"print {name} instead of the table"
+            only_one(f"--{form}", dest="show", action="store_const", const=form, help=help)
+        self.set_defaults(show="text")
+        help = f"write all of {', '.join(folder)}"
+        add("-o", "--output", metavar="FOLDER", type=Path, help=help)
+        for name in options:
+            suffixes = OUTPUTS[name].suffixes
+            help = OUTPUTS[name].help + (f" ({', '.join(suffixes)})" if suffixes else "")
+            help += "; FILE_<name> if several" if OUTPUTS[name].each else ""
+            kind = _output_file(*suffixes) if suffixes else Path
+            add(f"--{name}", metavar="FILE", type=kind, help=help)
+
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
-        """Return the arguments; options of other programs end in a hint."""
+        """Return the arguments; an unknown option ends in the nearest one, or in a hint."""
         if "--help-all" in arguments:
             self.shown = {action.dest for action in self._actions}
         for argument in arguments:
             if hint := ELSEWHERE.get(argument.partition("=")[0]):
                 self.error(f"{argument}: {hint}")
-        return self.parse_intermixed_args(arguments)
+        values, unknown = self.parse_known_intermixed_args(arguments)
+        for argument in unknown:
+            option = argument.partition("=")[0]
+            if option in self.foreign:
+                self.error(f"{option} is of `{self.foreign[option]}`")
+            known = [name for name in self._option_string_actions if name.startswith("--")]
+            near = get_close_matches(option, [*known, *self.foreign], n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            self.error(f"unknown option {option}{hint}")
+        if values.markdown == STDOUT and values.show != "text":
+            self.error(f"--markdown - and --{values.show} both print")
+        if values.markdown == STDOUT:
+            values.show = "markdown"
+        return values
 
     def settings(self, arguments: argparse.Namespace) -> Settings:
         """Return the settings that were given."""
@@ -69,7 +103,7 @@ class Parser(argparse.ArgumentParser):
         if arguments.align:
             print_note(f"-a{'s' * arguments.correct_scale}: --alignment {values['alignment']}")
         try:
-            return Settings(**{name: values[name] for name in options() if name in values})
+            return Settings(**{name: values[name] for name in ABOUT if name in values})
         except ValueError as error:
             self.error(str(error))
 
@@ -78,7 +112,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
 
 
-def output_file(*suffixes: str) -> Callable[[str], Path]:
+def _output_file(*suffixes: str) -> Callable[[str], Path]:
     """Return a type of argument for files to be written, with one of these suffixes."""
 
     def output(value: str) -> Path:

@@ -1,10 +1,14 @@
 """Scoring the files of the command line: ``alignscores [FORMAT] REF EST [EST ...]``."""
 
 import argparse
+import json
+import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from textwrap import fill
 
+from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import collected_warnings, reference_notes
 from ..evaluation.reading import format_of, read_reference
 from ..evaluation.rigs import of_model
@@ -12,13 +16,26 @@ from ..evaluation.scoring import score
 from ..evaluation.settings import Settings
 from ..extras import require
 from ..io import FAILURES, FORMATS, read_stamps
-from ..show import PLOT_MODES
-from ..texts import unique_names
+from ..show import PLOT_MODES, files, tables
+from ..show.evo import evo_result
+from ..texts import WIDTH, alike, numbered, printable, unique_names
 from ..version import __version__
+from ..writing import write_whole
 from .evo import add_pose_relation, check_pose_relation
-from .output import Results, print_note, print_notes, show_progress, show_table
-from .parser import Parser, output_file
-from .saving import KINDS, PRINTED, STDOUT, outputs, refuse_to_replace, save
+from .output import (
+    OF_BOTH,
+    OUTPUTS,
+    STDOUT,
+    files_of,
+    needed_by,
+    one_line,
+    print_error,
+    print_note,
+    refuse_to_replace,
+    show_progress,
+    table_width,
+)
+from .parser import Parser
 
 __all__ = ["run", "score_parser"]
 
@@ -45,6 +62,25 @@ EVERYDAY = {
     *("show", "output", "plot", "save_plot", "save_page"),
     *("verbose", "version"),
 }
+WRITTEN = *OF_BOTH, "save_errors", "save_aligned", "save_results", "save_rrd"
+IN_FOLDER = {  # of --output
+    "save_plot": "plot.png",
+    "save_page": "page.html",
+    "save_errors": "errors.csv",
+    "save_csv": "scores.csv",
+    "markdown": "scores.md",
+    "latex": "scores.tex",
+    "save_aligned": "aligned.txt",
+    "save_json": "scores.json",
+}
+SHOWN_MODELS = 5  # of an estimate, without --verbose
+OF_COMPARE = dict.fromkeys(  # options that are not of this command
+    [
+        *("--dry-run", "--expect_all", "--jobs", "--cache", "--by", "--better", "--baseline"),
+        *("--fail_on", "--runs", "--paired"),
+    ],
+    "alignscores compare",
+)
 
 
 def score_parser() -> Parser:
@@ -52,6 +88,7 @@ def score_parser() -> Parser:
     listed = "\n".join(f"  {name:8}  {form.help}" for name, form in FORMATS.items())
     parser = Parser(
         EVERYDAY,
+        OF_COMPARE,
         prog="alignscores",
         usage=USAGE,
         description=f"{DESCRIPTION}{listed}",
@@ -61,27 +98,46 @@ def score_parser() -> Parser:
     parser.add_argument("--version", action="version", version=version, help="show the version")
     parser.add_argument("files", nargs="+", metavar="REF EST", help="the files")
     parser.add_settings()
+    parser.add_outputs(WRITTEN, IN_FOLDER.values())
     add = parser.groups["output"].add_argument
-    add("-v", "--verbose", action="store_true", help="explain the columns of the table")
-    only_one = parser.groups["output"].add_mutually_exclusive_group().add_argument
-    for form, name in PRINTED.items():
-        help = f"print {name} instead of the table"
-        only_one(f"--{form}", dest="show", action="store_const", const=form, help=help)
-    written = ", ".join(kind.default for kind in KINDS.values() if kind.default)
-    add("-o", "--output", metavar="FOLDER", type=Path, help=f"write all results: {written}")
     help = "show errors, trajectories, poses and scores"
     add("-p", "--plot", action="store_true", help=help)
     add("--plot_mode", choices=PLOT_MODES, help="axes of trajectories (default: the two longest)")
-    for name, kind in KINDS.items():
-        if name in PRINTED:
-            continue
-        help = f"{kind.help} ({', '.join(kind.suffixes)})" if kind.suffixes else kind.help
-        help += "; FILE_<name> if several" if kind.each else ""
-        path = output_file(*kind.suffixes) if kind.suffixes else Path
-        add(f"--{name}", metavar="FILE", type=path, help=help)
     add_pose_relation(add)
-    parser.set_defaults(show="text")
     return parser
+
+
+@dataclass
+class Results:
+    """What became of all files: evaluations, failures, and notes on the reference."""
+
+    settings: Settings
+    reference: str
+    scored: list[Evaluation] = field(default_factory=list)
+    failed: list[dict[str, str]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def fail(self, file: str, error: Exception) -> None:
+        """Add and print that a file cannot be read, scored or written."""
+        message = one_line(error, file)
+        self.failed.append({"file": printable(file), "error": message})
+        print_error(message)
+
+    def all_notes(self) -> list[str]:
+        """Return the notes on the reference, and why files failed."""
+        return [*self.notes, *(f"error: {one['error']}" for one in self.failed)]
+
+    def json(self) -> str:
+        """Return settings, results and failures as JSON."""
+        content = {
+            "version": __version__,
+            "reference": printable(self.reference),
+            **self.settings.to_dict(),
+            "notes": self.notes,
+            "results": [evaluation.to_dict() for evaluation in self.scored],
+            "failed": self.failed,
+        }
+        return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
 def run(argv: Sequence[str]) -> int:
@@ -92,14 +148,10 @@ def run(argv: Sequence[str]) -> int:
     check_pose_relation(arguments, parser.error)
     if arguments.save_aligned and not settings.form.ordered:
         parser.error(f"--save_aligned cannot write {settings.format} files")
-    if arguments.markdown == STDOUT:
-        if arguments.show != "text":
-            parser.error(f"--markdown - and --{arguments.show} both print")
-        arguments.show = "markdown"
-    for package in KINDS[arguments.show].packages if arguments.show in KINDS else ():
-        require(package, "tables")
+    if arguments.show != "text":
+        needed_by(arguments.show)
     names = unique_names(estimates)
-    written = outputs(arguments, names, settings)
+    written = _outputs(arguments, names, settings)
     frames = [] if settings.frames is None else [str(settings.frames)]
     refuse_to_replace([reference, *estimates, *frames], [one[:2] for one in written])
     if arguments.plot and require("matplotlib.pyplot", "plots").get_backend() == "agg":
@@ -107,13 +159,21 @@ def run(argv: Sequence[str]) -> int:
 
     results = Results(settings, reference)
     _score(results, list(zip(names, estimates, strict=True)), is_open=not arguments.format)
-    save(written, results, arguments)
-    print_notes(results, verbose=arguments.verbose)
+    for option, path, name in written:
+        scored = [one for one in results.scored if name in (None, one.name)]
+        if not scored and option != "save_json":  # the estimate could not be scored
+            continue
+        try:
+            write_whole(path, _content(option, path, results, scored, arguments))
+        except ValueError as error:
+            results.fail(str(path), error)
+    _print_notes(results, verbose=arguments.verbose)
     # Printed last: the reader may close the pipe, which ends the program.
-    if arguments.show == "json" or (results.scored and arguments.show != "text"):
-        print(results.written(arguments.show), end="")
-    elif results.scored:
-        show_table(results, verbose=arguments.verbose)
+    if arguments.show == "text" and results.scored:
+        _print_table(results, verbose=arguments.verbose)
+    elif arguments.show == "json" or results.scored:
+        content = _content(arguments.show, STDOUT, results, results.scored, arguments)
+        print(content.decode(), end="")
     if results.scored and arguments.plot:
         from ..show.plots import figure_of  # needs Matplotlib
 
@@ -142,7 +202,7 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
         parser.error(f"{estimates[0]} is no file; topics are options here: {hint}")
     settings = parser.settings(arguments)
     if not arguments.format:
-        columns = settings.ref_columns or settings.columns
+        columns = settings.columns_of_reference
         settings = replace(settings, format=format_of(reference, columns))
         print_note(f"detected format: {settings.format}")
     return reference, estimates, settings
@@ -165,7 +225,7 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
         show_progress(f"{number}/{len(estimates)} {name} " if len(estimates) > 1 else "")
         try:
             if is_open and results.settings.est_format is None:
-                est_format = format_of(file, settings.est_columns or settings.columns)
+                est_format = format_of(file, settings.columns_of_estimates)
                 settings = replace(settings, est_format=est_format)
                 if est_format != settings.format:
                     print_note(f"{file}: detected format: {est_format}")
@@ -186,3 +246,86 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
         first = results.scored[0].settings
         results.settings = replace(results.settings, est_format=first.est_format)
     results.notes += map(str, reference_notes(results.scored))
+
+
+def _outputs(
+    arguments: argparse.Namespace, names: Sequence[str], settings: Settings
+) -> list[tuple[str, Path, str | None]]:
+    """Return all files that will be written: option, path, and the estimate that it is of."""
+    in_folder = dict(IN_FOLDER)
+    if not settings.form.ordered:
+        del in_folder["save_aligned"]
+    written: list[tuple[str, Path, str | None]] = []
+    suffix = r"\.[a-z]+(?=$| \()"  # not of v1.2, and before the number of equal names
+    short = numbered([re.sub(suffix, "", name.replace("/", "_")) for name in names])
+    for option, path in files_of(arguments, in_folder).items():
+        if not OUTPUTS[option].each:
+            written.append((option, path, None))
+        elif len(names) == 1:
+            written.append((option, path, names[0]))
+        else:  # each has its name, without slashes, appended
+            files = [path.with_name(f"{path.stem}_{own}{path.suffix}") for own in short]
+            written += [(option, file, name) for file, name in zip(files, names, strict=True)]
+    return written
+
+
+def _content(
+    option: str,
+    path: Path,
+    results: Results,
+    scored: Sequence[Evaluation],
+    arguments: argparse.Namespace,
+) -> bytes:
+    """Return what an option writes or prints of some estimates."""
+    match option.removeprefix("save_"):
+        case "csv":
+            return tables.csv(scored).encode()
+        case "markdown":
+            return tables.markdown(scored, results.all_notes()).encode()
+        case "latex":
+            return tables.latex(scored).encode()
+        case "errors":
+            return files.errors_csv(scored).encode()
+        case "aligned":
+            return files.aligned(scored[0])
+        case "results":
+            reference = printable(results.reference)
+            return evo_result(scored[0], reference, arguments.pose_relation)
+        case "plot":
+            from ..show.plots import figure_of, picture  # needs Matplotlib
+
+            return picture(figure_of(scored, plot_mode=arguments.plot_mode), path.suffix)
+        case "rrd":
+            from ..show.rerun import recording  # needs Rerun
+
+            return recording(scored)
+        case "page":
+            from ..show.page import page_of  # needs plotly
+
+            return page_of(scored, printable(results.reference), results.all_notes()).encode()
+    return results.json().encode()
+
+
+def _print_table(results: Results, *, verbose: bool) -> None:
+    """Print the table with its conditions; `verbose` adds where the scores are lost, and terms."""
+    scored = results.scored
+    print(tables.text(scored, table_width()))
+    print("\n".join(tables.conditions(scored)))
+    if models := tables.text_of_models(scored, most=None if verbose else SHOWN_MODELS):
+        print(f"\n{models}")
+    if verbose and not results.settings.metrics:
+        print(f"\n{tables.text_of_deficits(scored)}\n")
+        for term, meaning in tables.terms(scored):
+            print(fill(f"{term:15}{meaning}", WIDTH, subsequent_indent=" " * 15))
+
+
+def _print_notes(results: Results, *, verbose: bool) -> None:
+    """Print the notes; without `verbose` a line for those on estimates that are alike."""
+    notes = [
+        ("" if note.kind == "file" else evaluation.name, str(note))  # which names the file itself
+        for evaluation in results.scored
+        for note in evaluation.notes
+    ]
+    shown = [f"{name}: {note}" if name else note for name, note in notes]
+    for line in [*results.notes, *(shown if verbose else alike(notes))]:
+        print_note(line)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from html import escape
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,6 @@ from ..io import FAILURES, FileError, read_stamps, recognise
 from ..metrics import metric
 from ..texts import alike, first_few, printable
 from ..version import __version__
-from ..writing import write_whole
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
 from .patterns import Pattern
 from .runs import SCORES, Errors, Task, forget_references, reference_of, score_runs
@@ -92,9 +92,10 @@ class Comparison:
         )
 
     def _repr_html_(self) -> str:
-        from ..pages.comparison import overview  # which imports this module
-
-        return overview(self)
+        lines = "<br>".join(map(escape, [*self.verdict, *self.notes]))
+        names = ["system", "rank_best", "rank_worst", self.by, "failed", "runs", "lost"]
+        table = self.overall[names].to_html(index=False, na_rep="-", float_format="{:.4g}".format)
+        return f"<p>{lines}</p>{table}"
 
     @property
     def distinct(self) -> pd.DataFrame:
@@ -190,24 +191,6 @@ class Comparison:
             "notes": self.notes,
             **{name: finite(getattr(self, name)) for name in ("runs", "summary", "pairs")},
         }
-
-    def save_page(self, path: str | Path) -> None:
-        """Save one page with verdict, tables and drawings, as ``--save_page`` does.
-
-        Parameters
-        ----------
-        path : path
-            The file, which is replaced.
-
-        Examples
-        --------
-        >>> from alignscores import compare
-        >>> found = compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
-        >>> found.save_page("page.html")  # doctest: +SKIP
-        """
-        from ..pages.comparison import page  # which imports this module
-
-        write_whole(Path(path), page(self).encode())
 
 
 def compare(
@@ -350,7 +333,7 @@ def find_benchmark(
                 f"{references}: give a pattern of estimates, too, or one YAML or CSV file"
             )
         return read_yaml(references, expect_all=expect_all)
-    columns = settings.ref_columns or settings.columns
+    columns = settings.columns_of_reference
     if isinstance(estimates, str):
         benchmark = from_patterns(
             settings.format, references, estimates, columns=columns, expect_all=expect_all
@@ -362,7 +345,7 @@ def find_benchmark(
             options = benchmark.system_options.setdefault(run.system, {})
             with suppress(*FAILURES):  # which scoring reports
                 if run.file and "est_format" not in options:
-                    est_columns = settings.est_columns or settings.columns
+                    est_columns = settings.columns_of_estimates
                     options["est_format"] = recognise(run.file, est_columns)
     return benchmark
 

@@ -21,7 +21,7 @@ from ..evaluation.notes import collected_warnings, why
 from ..evaluation.reading import files_below, read_reference
 from ..evaluation.rigs import of_model
 from ..evaluation.scoring import score
-from ..evaluation.settings import Settings, options
+from ..evaluation.settings import ABOUT, Settings
 from ..extras import require
 from ..files import open_file, read_bytes
 from ..io import FAILURES, FileError, Trajectory
@@ -139,7 +139,7 @@ def _numbered(task: tuple[int, Task]) -> tuple[int, Result]:
 
 def settings_text(settings: Settings) -> str:
     """Return the settings that change scores and differ from the defaults."""
-    values = {name: getattr(settings, name) for name in options() if name not in NO_SCORE}
+    values = {name: getattr(settings, name) for name in ABOUT if name not in NO_SCORE}
     return ", ".join(
         f"{name}={printable(str(value))}"
         for name, value in values.items()

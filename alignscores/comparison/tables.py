@@ -5,7 +5,7 @@ A form says how a text is escaped and how the best one is shown in bold; pandas 
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any
@@ -20,9 +20,11 @@ from ..texts import text_table
 from .comparison import Comparison
 from .statistics import LEVEL
 from .summary import common_sequences, larger_is_better, measured, pairs_of, records
+from .verdict import p_text
 
 __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "legend"]
-__all__ += ["HTML", "MARKDOWN", "TEXT", "latex_table", "markdown", "number", "overall"]
+__all__ += ["HTML", "MARKDOWN", "TEXT", "latex_table", "markdown", "notes_of", "number", "overall"]
+__all__ += ["differences_of", "problems_of", "wins_text"]
 
 SHOWN = "TAS", "RAS", "PAS", "half_distance", "half_angle"
 
@@ -101,7 +103,7 @@ def _value(row: Mapping[str, Any], name: str) -> str:
 
 
 def overall(found: Comparison, form: Form = TEXT) -> pd.DataFrame:
-    """Return rank, means, failed runs and time without a pose of each system."""
+    """Return rank, means, failed runs and coverage of each system."""
     common, n_sequences = common_sequences(found.distinct), found.runs["sequence"].nunique()
     rows = []
     for row in records(found.overall):
@@ -117,7 +119,7 @@ def overall(found: Comparison, form: Form = TEXT) -> pd.DataFrame:
         low, high = 100 * row["failing_low"], 100 * row["failing_high"]
         cells["failed runs"] = f"{row['failed']}/{row['runs']} ({low:.0f}-{high:.0f} %)"
         if found.runs["lost"].notna().any():
-            cells["no pose"] = f"{row['lost']:.1%}" if math.isfinite(row["lost"]) else "-"
+            cells["coverage"] = f"{1 - row['lost']:.1%}" if math.isfinite(row["lost"]) else "-"
         rows.append(cells)
     return pd.DataFrame(rows)
 
@@ -237,5 +239,29 @@ def conditions(settings: Settings | None) -> list[str]:
     if settings is not None:
         lines.append(f"missing cameras: {settings.missing}")
         if settings.form.timed:
-            lines.append("no pose: share of the expected time without a pose")
+            lines.append("coverage: share of the expected time with a pose")
     return lines
+
+
+def problems_of(found: Comparison) -> list[str]:
+    """Return what was left out, and which runs failed."""
+    return [*found.problems, *(f"{error}; it counts as a failure" for error in found.failed)]
+
+
+def notes_of(found: Comparison, reasons: Sequence[str] = ()) -> list[str]:
+    """Return all notes and errors that the command prints, also why scores are low."""
+    errors = [*problems_of(found), *reasons]
+    return [*found.notes, *found.low_scores, *(f"error: {line}" for line in errors)]
+
+
+def differences_of(found: Comparison) -> list[dict[str, Any]]:
+    """Return the pairs of systems over all sequences that have a difference, tested ones first."""
+    difference = found.pairs["difference"].astype(float)
+    pairs = found.pairs[found.pairs["sequence"].isna() & np.isfinite(difference)]
+    return sorted(records(pairs), key=lambda pair: math.isnan(pair["p"]))
+
+
+def wins_text(pair: Mapping[str, Any]) -> str:
+    """Return how often the first of a pair wins, and how certain that is."""
+    certain = "not tested" if math.isnan(pair["p"]) else p_text(pair["p"])
+    return f"wins {pair['wins']:.0%}, {certain}"

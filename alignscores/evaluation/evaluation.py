@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..arrays import Floats
 from ..extras import require
 from ..io import Trajectory
-from ..metrics import metric
+from ..metrics import header, metric
 from ..pose import PASResult
 from ..similarity import Similarity
 from ..texts import printable
@@ -145,9 +145,14 @@ class Evaluation:
         return f"Evaluation({self.name!r}, {scores}, registration={self.settings.registration!r})"
 
     def _repr_html_(self) -> str:
-        cells = [f"<tr><th>{key}</th><td>{text}</td></tr>" for key, text in self.row.items()]
-        caption = f"<caption>{escape(f'{self.name}; {self.settings.how_aligned}')}</caption>"
-        return f"<table>{caption}{''.join(cells)}</table>"
+        unit, values = self.settings.form.unit, {**self.scores, "lost": self.lost}
+        cells = "".join(
+            f"<tr><th>{name if name == 'lost' else header(name, unit)}</th>"
+            f"<td>{'-' if value is None else format(value, '.3g')}</td></tr>"
+            for name, value in values.items()
+        )
+        caption = escape(f"{self.name}; {self.settings.how_aligned}")
+        return f"<table><caption>{caption}</caption>{cells}</table>"
 
     @property
     def tas(self) -> float:
@@ -269,44 +274,6 @@ class Evaluation:
         codes = np.where(no_position & no_rotation, LOST, 2 * no_position + no_rotation)
         return codes.astype(np.uint8)
 
-    @property
-    def times(self) -> Floats:
-        """Times of the expected frames from the reference's start in seconds, or their numbers."""
-        keys, rows = self.reference.keys, self.matches.expected_rows
-        return keys[rows] - keys[0] if self.matches.timed else rows.astype(float)
-
-    @property
-    def time_label(self) -> str:
-        """What `times` are, as an axis names them."""
-        return (
-            "time [s]" if self.matches.timed else "frame" if self.settings.form.ordered else "image"
-        )
-
-    @property
-    def row(self) -> dict[str, str]:
-        """Its row in the table of the command: texts by the headers of the columns."""
-        unit = self.settings.form.unit
-        scores = {"TAS": self.tas, "RAS": self.ras, "PAS": self.pas}
-        errors = {
-            f"half [{unit}]": self.half_distance,
-            "half [deg]": self.half_angle,
-            f"median [{unit}]": self.median_distance,
-            "median [deg]": self.median_angle,
-            f"ATE [{unit}]": self.ate,
-        }
-        return {
-            **{name: _text(score, ".3f") for name, score in scores.items()},
-            **{name: _text(error, ".3g") for name, error in errors.items()},
-            "coverage": f"{1 - self.lost:.1%}",
-        }
-
-    def over_expected(self, values: NDArray[Any], of_lost: float | bool) -> NDArray[Any]:
-        """Return values of scored frames for all expected ones; those left out have `of_lost`."""
-        rows = self.matches.expected_rows
-        all_rows = np.full((len(rows), *values.shape[1:]), of_lost, values.dtype)
-        all_rows[np.isin(rows, self.matches.gt_rows)] = values
-        return all_rows
-
     def value(self, name: str) -> float | None:
         """Return a score, or one of the metrics in the settings; None where it has no value.
 
@@ -424,8 +391,3 @@ def _alignment(alignment: Similarity | None) -> dict[str, Any] | None:
         "rotation": alignment.rotation.tolist(),
         "translation": alignment.translation.tolist(),
     }
-
-
-def _text(value: float | None, form: str) -> str:
-    """Return a number, a dash where there is none."""
-    return "-" if value is None or not math.isfinite(value) else format(value, form)

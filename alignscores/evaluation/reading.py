@@ -79,8 +79,8 @@ def with_formats(settings: Settings, reference: Any, estimate: Any) -> Settings:
     """Return the settings with the formats of reference and estimate, as far as they are open."""
     if settings.format is not None:
         return settings
-    form = format_of(reference, settings.ref_columns or settings.columns)
-    est_form = settings.est_format or format_of(estimate, settings.est_columns or settings.columns)
+    form = format_of(reference, settings.columns_of_reference)
+    est_form = settings.est_format or format_of(estimate, settings.columns_of_estimates)
     return replace(settings, format=form, est_format=None if est_form == form else est_form)
 
 
@@ -100,7 +100,7 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
     pose for more than one percent, since nothing is expected there.
     """
     if not isinstance(reference, Trajectory):
-        columns = settings.ref_columns or settings.columns
+        columns = settings.columns_of_reference
         options = settings.form.options(settings.ref_topic, columns)
         reference = _checked(settings.form.read(reference, **options), "reference")
         if has_constant_rotations(reference):
@@ -136,7 +136,7 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
     """Return an estimate, camera-to-world."""
     poses = estimate
     if not isinstance(poses, Trajectory):
-        columns = settings.est_columns or settings.columns
+        columns = settings.columns_of_estimates
         options = settings.est_form.options(settings.est_topic, columns)
         poses = _checked(settings.est_form.read(poses, **options), "estimate")
     for option in ("invert", "lever_arm"):

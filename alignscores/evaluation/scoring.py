@@ -101,7 +101,8 @@ def evaluate(
     40
     """
     asked = changes.get("metrics", ())
-    functions = [] if isinstance(asked, str) else [one for one in asked if not isinstance(one, str)]
+    several = isinstance(asked, (list, tuple))
+    functions = [one for one in asked if not isinstance(one, str)] if several else []
     if functions:
         changes["metrics"] = [one for one in asked if isinstance(one, str)]
     settings = changed(settings or Settings(), changes)

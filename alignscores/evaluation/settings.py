@@ -4,9 +4,8 @@ import math
 import re
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import KW_ONLY, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
-from functools import cache
 from os import PathLike
 from typing import Any
 
@@ -20,103 +19,32 @@ from ..registration import REGISTRATIONS
 from ..similarity import ALIGNMENTS, UP
 from ..texts import brief, printable
 
-__all__ = ["Option", "Settings", "changed", "options"]
+__all__ = ["ABOUT", "Settings", "changed"]
 
 MATCHING, SCORING = "matching", "scoring"  # groups in the help
 
 
-@dataclass(frozen=True)
-class Option:
-    """What a setting means, and which values it may have."""
+def _setting(default: Any, help: str, *, group: str = SCORING, **bounds: Any) -> Any:
+    """Return a field of `Settings` whose values have a `number` type, or are texts or flags.
 
-    help: str
-    _: KW_ONLY
-    group: str
-    choices: tuple[str, ...] = ()
-    number: type[int] | type[float] | None = None
-    least: float = -math.inf
-    most: float = math.inf
-    positive: bool = False
-    words: tuple[str, ...] = ()  # allowed instead of a number
-    flag: bool = False  # True or False
-    optional: bool = False  # None is a value
-    timed: bool = False  # of formats with time stamps alone
-    topics: bool = False  # of formats with topics alone
-    tables: bool = False  # of text tables alone
-    numbers: str = ""  # such as "X,Y,Z": so many of them, or a text with commas
-
-    @property
-    def type(self) -> str:
-        """The type of a value, as docstrings write it."""
-        kind = self.number.__name__ if self.number and not self.numbers else "str"
-        if self.flag:
-            kind = "bool"
-        elif self.choices:
-            kind = f"{{{', '.join(map(repr, self.choices))}}}"
-        kind += "".join(f" or {word!r}" for word in self.words)
-        return f"{kind}, optional" if self.optional else kind
-
-    def checked(self, value: Any) -> Any:
-        """Return a valid value, also a number from its text; otherwise raise a ValueError."""
-        if (value is None and self.optional) or (isinstance(value, str) and value in self.words):
-            return value
-        if self.choices and value not in self.choices:
-            raise ValueError(f"must be one of {', '.join(self.choices)}, not {brief(value)}")
-        if self.flag and not isinstance(value, bool):
-            raise ValueError(f"must be true or false, not {brief(value)}")
-        if self.number is None:
-            return value
-        try:
-            if not self.numbers:
-                return self._number(value)
-            parts = value.split(",") if isinstance(value, str) else value
-            numbers = tuple(map(self._number, parts))
-            if len(numbers) == self.numbers.count(",") + 1:
-                return numbers
-        except (OverflowError, TypeError, ValueError):
-            pass
-        raise ValueError(f"must be {self._range()}, not {brief(value)}")
-
-    def _number(self, value: Any) -> float:
-        """Return a number within the bounds, also of a text; raise an error of any other value."""
-        whole = isinstance(value, (str, int, np.integer)) and not isinstance(value, bool)
-        fraction = isinstance(value, (float, np.floating)) and self.number is float
-        if not (whole or fraction):
-            raise TypeError
-        number = int(value) if self.number is int else float(value)
-        possible = math.isfinite(number) and self.least <= number <= self.most
-        if not possible or (self.positive and number == 0):
-            raise ValueError
-        return number
-
-    def _range(self) -> str:
-        kind = "a whole number" if self.number is int else "a finite number"
-        kind = f"{self.numbers}, each {kind}" if self.numbers else kind
-        if self.positive:
-            bound = " above 0"
-        elif self.most < math.inf:
-            bound = f" from {self.least:g} to {self.most:g}"
-        else:
-            bound = f" of at least {self.least:g}" if self.least > -math.inf else ""
-        return f"{kind}{bound}{''.join(f' or {word}' for word in self.words)}"
+    `least` and `most` bound a number, `above` excludes its bound; `words` may stand instead, and
+    `numbers`, such as "X,Y", says that there are several. `choices` are those of a text. `needs` is
+    what a format must have: time stamps (timed), topics or tables. None is a value where it is the
+    default.
+    """
+    return field(default=default, metadata={"help": help, "group": group, **bounds})
 
 
-def _setting(default: Any, help: str, *, group: str = SCORING, **about: Any) -> Any:
-    """Return a field of `Settings`; None is a value where it is the default."""
-    option = Option(help, group=group, optional=default is None, **about)
-    return field(default=default, metadata={"option": option})
+def _matching(default: Any, help: str, **bounds: Any) -> Any:
+    return _setting(default, help, group=MATCHING, **bounds)
 
 
-def _matching(default: Any, help: str, **about: Any) -> Any:
-    return _setting(default, help, group=MATCHING, **about)
+def _number(default: float | None, help: str, **bounds: Any) -> Any:
+    return _setting(default, help, number=float, **bounds)
 
 
-def _number(default: float | None, help: str, **about: Any) -> Any:
-    return _setting(default, help, number=float, least=0, **about)
-
-
-def _seconds(default: float | None, help: str, **about: Any) -> Any:
-    return _matching(default, help, number=float, timed=True, **about)
+def _seconds(default: float | str | None, help: str, **bounds: Any) -> Any:
+    return _matching(default, help, number=float, needs="timed", **bounds)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,16 +73,16 @@ class Settings:
     est_format: str | None = _matching(
         None, "format of the estimates, if it differs", choices=tuple(FORMATS)
     )
-    ref_topic: str | None = _matching(None, "topic of the reference in its bag", topics=True)
-    est_topic: str | None = _matching(None, "topic of the estimates in their bags", topics=True)
+    ref_topic: str | None = _matching(None, "topic of the reference in its bag", needs="topics")
+    est_topic: str | None = _matching(None, "topic of the estimates in their bags", needs="topics")
     columns: str | None = _matching(
         None,
         "what the columns of text tables hold, such as 't x y z qx qy qz qw': t_ns for stamps in "
         "ns, n for frame numbers, r11 to r33 for matrices, - for other columns",
-        tables=True,
+        needs="tables",
     )
-    ref_columns: str | None = _matching(None, "the same, for the reference alone", tables=True)
-    est_columns: str | None = _matching(None, "the same, for the estimates alone", tables=True)
+    ref_columns: str | None = _matching(None, "the same, for the reference alone", needs="tables")
+    est_columns: str | None = _matching(None, "the same, for the estimates alone", needs="tables")
     model: str | None = _matching(
         None,
         "model of an estimate that has several, such as 0 of sparse/0 and sparse/1 "
@@ -174,16 +102,13 @@ class Settings:
         "each reference pose with the nearest pose; auto: interpolate, unless the reference is too "
         "sparse",
         choices=("auto", "interpolate", "nearest"),
-        timed=True,
+        needs="timed",
     )
-    rate: float | str = _matching(
+    rate: float | str = _seconds(
         10.0,
         "expected frames a second, sampled from the reference; all: each of its poses",
-        number=float,
-        positive=True,
-        least=0,
+        above=0,
         words=("all",),
-        timed=True,
     )
     max_gap: float = _seconds(
         2.0,
@@ -203,11 +128,11 @@ class Settings:
         None,
         "time stamps of the expected frames, instead of --rate, in the first column of a text "
         "file, in s or ns like the estimate; for compare also a pattern with {sequence}",
-        timed=True,
+        needs="timed",
     )
-    invert: bool = _matching(False, "the estimates are world-to-camera: invert them", flag=True)
-    est_invert: bool = _matching(False, "the same as invert", flag=True)
-    ref_invert: bool = _matching(False, "the reference is world-to-camera: invert it", flag=True)
+    invert: bool = _matching(False, "the estimates are world-to-camera: invert them")
+    est_invert: bool = _matching(False, "the same as invert")
+    ref_invert: bool = _matching(False, "the reference is world-to-camera: invert it")
     body_rotation: str = _matching(
         "none",
         "auto: remove a constant rotation of the camera frame, if one is detected",
@@ -222,7 +147,7 @@ class Settings:
         words=("auto",),
     )
     unit: float | None = _number(
-        None, "d in the reference's unit (default: from the reference)", positive=True
+        None, "d in the reference's unit (default: from the reference)", above=0
     )
     rig_frames: str = _setting(
         "auto",
@@ -230,11 +155,9 @@ class Settings:
         "model, otherwise the same file name in different folders, if close together; none; or a "
         r"regular expression whose group is the rig frame in the name, such as '(\d+)\.png$'",
     )
-    max_threshold: float = _number(1.0, "largest threshold of the TAS in units of d", positive=True)
-    max_threshold_deg: float = _number(
-        10.0, "largest threshold of the RAS in degrees", positive=True
-    )
-    weight: float = _number(0.5, "share of the TAS in the PAS, from 0 to 1", most=1)
+    max_threshold: float = _number(1.0, "largest threshold of the TAS in units of d", above=0)
+    max_threshold_deg: float = _number(10.0, "largest threshold of the RAS in degrees", above=0)
+    weight: float = _number(0.5, "share of the TAS in the PAS, from 0 to 1", least=0, most=1)
     registration: str = _setting(
         "refined",
         "refined: the alignment with the best TAS; pcr99: the paper's random one",
@@ -278,12 +201,7 @@ class Settings:
     )
 
     def __post_init__(self) -> None:
-        values: dict[str, Any] = {}
-        for name, option in options().items():
-            try:
-                values[name] = option.checked(getattr(self, name))
-            except ValueError as error:
-                raise ValueError(f"{name} {error}") from None
+        values = {name: checked(name, getattr(self, name)) for name in ABOUT}
         for name in ("columns", "ref_columns", "est_columns"):
             if values[name] is not None:
                 parse_columns(values[name])
@@ -291,7 +209,7 @@ class Settings:
         values["invert"] = values["est_invert"] = values["invert"] or values["est_invert"]
         values["frames"] = _stamps_or_path(self.frames)
         names = split_names(self.metrics) if isinstance(self.metrics, str) else self.metrics
-        if not all(isinstance(name, str) for name in names):
+        if not isinstance(names, (list, tuple)) or not all(isinstance(one, str) for one in names):
             raise ValueError("metrics must be names; `evaluate` takes functions, too")
         metrics = {entry.name: entry for entry in map(metric, names)}
         if any("evo" in entry.needs for entry in metrics.values()):
@@ -330,7 +248,7 @@ class Settings:
             if name != "metrics"
         }
         if not self.form.timed:
-            values |= {name: None for name, option in options().items() if option.timed}
+            values |= {name: None for name in ABOUT if ABOUT[name].get("needs") == "timed"}
         if self.frames is not None:
             values["rate"] = None
         if isinstance(self.frames, (str, PathLike)):
@@ -342,13 +260,15 @@ class Settings:
 
     def _check_format(self) -> None:
         """Check that the format has time stamps, topics and an order where settings need them."""
-        for name, option in options().items():
-            is_set = getattr(self, name) != getattr(Settings, name)
-            if option.timed and is_set and not self.form.timed:
+        for name, about in ABOUT.items():
+            needs = about.get("needs")
+            if needs is None or getattr(self, name) == getattr(Settings, name):
+                continue
+            if needs == "timed" and not self.form.timed:
                 raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
-            if option.topics and is_set and not (self.form.topics or self.est_form.topics):
+            if needs == "topics" and not (self.form.topics or self.est_form.topics):
                 raise ValueError(f"{name} is of bags, and {self.format} files have no topics")
-            if option.tables and is_set and not (self.form.tables or self.est_form.tables):
+            if needs == "tables" and not (self.form.tables or self.est_form.tables):
                 raise ValueError(f"{name} is of text tables, which {self.format} files are not")
         if self.form.ordered != self.est_form.ordered:
             raise ValueError(f"{self.est_format} estimates cannot be matched to {self.format}")
@@ -394,6 +314,80 @@ class Settings:
         """The format of the estimates."""
         return FORMATS[self.est_format] if self.est_format else self.form
 
+    @property
+    def columns_of_reference(self) -> str | None:
+        """The columns of the reference, if they are named."""
+        return self.ref_columns or self.columns
+
+    @property
+    def columns_of_estimates(self) -> str | None:
+        """The columns of the estimates, if they are named."""
+        return self.est_columns or self.columns
+
+
+# What is known about each setting, by name: help, group and bounds.
+ABOUT: dict[str, Mapping[str, Any]] = {one.name: one.metadata for one in fields(Settings)}
+
+
+def checked(name: str, value: Any) -> Any:
+    """Return a valid value of a setting, also a number of its text, or raise a ValueError."""
+    about, default = ABOUT[name], getattr(Settings, name)
+    if (value is None and default is None) or name in ("frames", "metrics"):
+        return value
+    if isinstance(value, str) and value in about.get("words", ()):
+        return value
+    try:
+        if choices := about.get("choices"):
+            wanted = f"one of {', '.join(choices)}"
+            if isinstance(value, str) and value in choices:
+                return value
+        elif isinstance(default, bool):
+            wanted = "true or false"
+            if isinstance(value, bool):
+                return value
+        elif "number" not in about:
+            wanted = "a text"
+            if isinstance(value, str):
+                return value
+        elif names := about.get("numbers"):
+            wanted = f"{names}, each {_range(about)}"
+            parts = value.split(",") if isinstance(value, str) else value
+            numbers = tuple(_number_within(part, about) for part in parts)
+            if len(numbers) == names.count(",") + 1:
+                return numbers
+        else:
+            wanted = _range(about)
+            return _number_within(value, about)
+    except (OverflowError, TypeError, ValueError):
+        pass
+    raise ValueError(f"{name} must be {wanted}, not {brief(value)}")
+
+
+def _number_within(value: Any, about: Mapping[str, Any]) -> float:
+    """Return a number within its bounds, also of a text; raise an error of any other value."""
+    of_text = isinstance(value, (str, int, np.integer)) and not isinstance(value, bool)
+    fraction = isinstance(value, (float, np.floating)) and about["number"] is float
+    if not (of_text or fraction):
+        raise TypeError
+    number: float = about["number"](value)
+    least, above, most = (about.get(name) for name in ("least", "above", "most"))
+    too_low = (least is not None and number < least) or (above is not None and number <= above)
+    if not math.isfinite(number) or too_low or (most is not None and number > most):
+        raise ValueError
+    return number
+
+
+def _range(about: Mapping[str, Any]) -> str:
+    """Return which numbers a setting may have, and which words."""
+    text = "a whole number" if about["number"] is int else "a finite number"
+    if "above" in about:
+        text += f" above {about['above']:g}"
+    elif "most" in about:
+        text += f" from {about['least']:g} to {about['most']:g}"
+    elif "least" in about:
+        text += f" of at least {about['least']:g}"
+    return text + "".join(f" or {word}" for word in about.get("words", ()))
+
 
 def _check_rig_frames(text: str) -> None:
     """Raise a ValueError for a text that is neither a word nor a regular expression."""
@@ -423,24 +417,29 @@ def changed(settings: Settings, changes: Mapping[str, Any]) -> Settings:
     if not isinstance(settings, Settings):
         raise TypeError(f"settings must be Settings, not {brief(settings)}")
     for name in changes:
-        if name not in options():
-            near = get_close_matches(name, options(), n=1)
+        if name not in ABOUT:
+            near = get_close_matches(name, ABOUT, n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
             raise TypeError(f"there is no setting {name!r}{hint}")
     return replace(settings, **changes)
 
 
-@cache
-def options() -> dict[str, Option]:
-    """Return what is known about each setting."""
-    return {one.name: one.metadata["option"] for one in fields(Settings)}
+def _documented(name: str) -> str:
+    """Return a setting as a docstring describes it: its type, and its help."""
+    about, default = ABOUT[name], getattr(Settings, name)
+    text = "bool" if isinstance(default, bool) else "str"
+    if choices := about.get("choices"):
+        text = f"{{{', '.join(map(repr, choices))}}}"
+    elif "number" in about and "numbers" not in about:
+        text = about["number"].__name__
+    text += "".join(f" or {word!r}" for word in about.get("words", ()))
+    text += ", optional" if default is None else ""
+    return f"    {name} : {text}\n        {about['help'][0].upper()}{about['help'][1:]}.\n"
 
 
 # The help of each setting, for `help(Settings)` and the reference page.
-_PARAMETERS = "".join(
-    f"    {name} : {option.type}\n        {option.help[0].upper()}{option.help[1:]}.\n"
-    for name, option in options().items()
-)
 Settings.__doc__ = f"{Settings.__doc__}".replace(
-    "    Raises\n", f"    Parameters\n    ----------\n{_PARAMETERS}\n    Raises\n", 1
+    "    Raises\n",
+    f"    Parameters\n    ----------\n{''.join(map(_documented, ABOUT))}\n    Raises\n",
+    1,
 )

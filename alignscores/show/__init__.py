@@ -1,9 +1,9 @@
-"""What people see of evaluations: tables, plots, pages and recordings, by functions."""
+"""What people see of evaluations and comparisons: tables, plots, pages, recordings."""
 
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from ..evaluation.evaluation import Evaluation
 from ..extras import require
@@ -12,27 +12,31 @@ from ..writing import write_whole
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..comparison import Comparison
+
 __all__ = ["PLOT_MODES", "plot", "save_page"]
 
 PLOT_MODES = "xy", "xz", "yz", "xyz"  # axes of trajectories
 
 
 def plot(
-    evaluations: Evaluation | Sequence[Evaluation],
+    shown: "Evaluation | Sequence[Evaluation] | Comparison",
     kind: str | None = None,
     *,
     plot_mode: str | None = None,
 ) -> "Figure":
-    """Draw one estimate, or several of the same reference, with Matplotlib.
+    """Draw one estimate, several of the same reference, or a comparison, with Matplotlib.
 
     Parameters
     ----------
-    evaluations : Evaluation or sequence of Evaluation
-        What `evaluate` returns.
+    shown : Evaluation, sequence of Evaluation, or Comparison
+        What `evaluate` or `compare` returns. Of a comparison, the runs and the differences of the
+        systems are drawn.
     kind : {"trajectory", "scores", "errors", "time"}, optional
-        The aligned trajectory, of a single estimate coloured by its error; frames below each
-        threshold; errors over time, shaded where the estimate is lost, under the stretches that
-        cost the scores most; or positions and angles over time. By default all of them.
+        Of estimates: the aligned trajectory, of a single estimate coloured by its error; frames
+        below each threshold; errors over time, shaded where the estimate is lost, under the
+        stretches that cost the scores most; or positions and angles over time. By default all of
+        them.
     plot_mode : {"xy", "xz", "yz", "xyz"}, optional
         Axes of the trajectory; by default the two longest.
 
@@ -46,7 +50,7 @@ def plot(
     ModuleNotFoundError
         If Matplotlib is not installed.
     ValueError
-        If `kind` or `plot_mode` is unknown.
+        If `kind` or `plot_mode` is unknown, or given for a comparison.
 
     Examples
     --------
@@ -57,21 +61,31 @@ def plot(
     ['position error [m]', 'rotation error [deg]']
     """
     require("matplotlib", "plots")
+    if _is_comparison(shown):
+        if kind or plot_mode:
+            raise ValueError("kind and plot_mode are of estimates, not of a comparison")
+        from .comparison_plot import figure_of_comparison
+
+        return figure_of_comparison(shown, interactive=True)
     from .plots import figure_of
 
-    return figure_of(_several(evaluations), kind, plot_mode=plot_mode, interactive=True)
+    return figure_of(_several(shown), kind, plot_mode=plot_mode, interactive=True)
 
 
-def save_page(evaluations: Evaluation | Sequence[Evaluation], path: str | PathLike[str]) -> None:
-    """Write a page of one estimate, or of several of the same reference: a file without network.
+def save_page(
+    shown: "Evaluation | Sequence[Evaluation] | Comparison", path: str | PathLike[str]
+) -> None:
+    """Write a page of one estimate, of several of the same reference, or of a comparison.
 
-    It has the table of the command with its conditions and all notes, where the scores are lost,
-    the aligned trajectories in 3D, the errors over time, and the scores over their thresholds.
+    The page is one file, which needs no network. Of estimates it has the table of the command with
+    its conditions and all notes, where the scores are lost, the aligned trajectories in 3D, the
+    errors over time, and the scores over their thresholds. Of a comparison it has the verdict, all
+    notes, the tables, the differences of the systems, all runs, and the errors over time.
 
     Parameters
     ----------
-    evaluations : Evaluation or sequence of Evaluation
-        What `evaluate` returns.
+    shown : Evaluation, sequence of Evaluation, or Comparison
+        What `evaluate` or `compare` returns.
     path : path
         File to write, such as ``scores.html``.
 
@@ -90,14 +104,25 @@ def save_page(evaluations: Evaluation | Sequence[Evaluation], path: str | PathLi
     """
     for package in ("plotly", "jinja2"):
         require(package, "page")
-    from .page import page_of
+    if _is_comparison(shown):
+        from .comparison_page import page_of_comparison
 
-    write_whole(Path(path), page_of(_several(evaluations)).encode())
+        content = page_of_comparison(shown)
+    else:
+        from .page import page_of
+
+        content = page_of(_several(shown))
+    write_whole(Path(path), content.encode())
 
 
-def _several(evaluations: Any) -> list[Evaluation]:
+def _is_comparison(shown: Any) -> "TypeGuard[Comparison]":
+    """Return whether it is a comparison, without an import of pandas."""
+    return type(shown).__name__ == "Comparison"
+
+
+def _several(shown: Any) -> list[Evaluation]:
     """Return a list of evaluations of one reference; raise ValueError for none."""
-    several = [evaluations] if isinstance(evaluations, Evaluation) else list(evaluations)
+    several = [shown] if isinstance(shown, Evaluation) else list(shown)
     if not several:
         raise ValueError("there is no evaluation to show")
     return several

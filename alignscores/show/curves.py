@@ -1,8 +1,10 @@
 """What plots and pages draw over time: errors of all expected frames, lost time, deficits."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats
 from ..evaluation.deficits import Deficit, in_order
@@ -11,7 +13,18 @@ from ..evaluation.time import breaks
 from ..histogram import AlignmentScore
 from ..validation import finite_rows
 
-__all__ = ["Curve", "curve", "frames", "with_breaks"]
+__all__ = [
+    "BEYOND",
+    "Curve",
+    "curve",
+    "frames",
+    "over_expected",
+    "time_label",
+    "times",
+    "with_breaks",
+]
+
+BEYOND = "#1289c9"  # errors beyond the largest threshold; not a colour of the ramps
 
 
 @dataclass(frozen=True)
@@ -31,10 +44,31 @@ class Curve:
         return float(self.result.thresholds[-1])
 
 
+def times(evaluation: Evaluation) -> Floats:
+    """Return the times of the expected frames from the start in seconds, or their numbers."""
+    keys, rows = evaluation.reference.keys, evaluation.matches.expected_rows
+    return keys[rows] - keys[0] if evaluation.matches.timed else rows.astype(float)
+
+
+def time_label(evaluation: Evaluation) -> str:
+    """Return what `times` are, as an axis names them."""
+    if evaluation.matches.timed:
+        return "time [s]"
+    return "frame" if evaluation.settings.form.ordered else "image"
+
+
+def over_expected(evaluation: Evaluation, values: NDArray[Any], of_lost: float) -> NDArray[Any]:
+    """Return values of scored frames for all expected ones; those left out have `of_lost`."""
+    rows = evaluation.matches.expected_rows
+    all_rows = np.full((len(rows), *values.shape[1:]), of_lost, values.dtype)
+    all_rows[np.isin(rows, evaluation.matches.gt_rows)] = values
+    return all_rows
+
+
 def frames(evaluation: Evaluation) -> Floats:
     """Return where the expected frames are drawn: times, numbers, or ranks of names."""
     if evaluation.settings.form.ordered:
-        return evaluation.times
+        return times(evaluation)
     names = evaluation.reference.keys[evaluation.matches.expected_rows]
     return np.argsort(in_order(names)).astype(float)
 
@@ -43,14 +77,14 @@ def curve(evaluation: Evaluation, score: str) -> Curve:
     """Return what the TAS or the RAS counts; without rotations the RAS has no errors."""
     result: AlignmentScore = getattr(evaluation.result, score.lower())
     unit = evaluation.settings.form.unit
-    errors = evaluation.over_expected(result.errors, np.inf)
+    errors = over_expected(evaluation, result.errors, np.inf)
     poses = evaluation.matches.est_poses
     parts = poses[:, :3, 3] if score == "TAS" else poses[:, :3, :3]
-    lost = evaluation.over_expected(~finite_rows(parts), True)
+    lost = over_expected(evaluation, ~finite_rows(parts), True)
     matches, (low, high) = evaluation.matches, _edges(frames(evaluation))
     keys = evaluation.reference.keys[matches.expected_rows]
     if matches.timed:
-        keys = np.round(evaluation.times, 6)
+        keys = np.round(times(evaluation), 6)
     rows = {key: row for row, key in enumerate(keys.tolist())}
     return Curve(
         score=score,
@@ -90,4 +124,4 @@ def _stretches(x: Floats, chosen: Booleans) -> Floats:
 
 def with_breaks(evaluation: Evaluation, values: Floats) -> Floats:
     """Return values of the expected frames with a NaN at each gap of the reference."""
-    return np.insert(values.astype(float), breaks(evaluation.times), np.nan, axis=0)
+    return np.insert(values.astype(float), breaks(times(evaluation)), np.nan, axis=0)

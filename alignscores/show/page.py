@@ -3,16 +3,12 @@
 Needs plotly and Jinja, which the extra ``page`` brings.
 """
 
-from collections.abc import Mapping, Sequence
-from html import escape
-from importlib.resources import files
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from jinja2 import Environment
-from markupsafe import Markup
 from plotly.subplots import make_subplots
 
 from ..arrays import Floats
@@ -21,29 +17,13 @@ from ..evaluation.notes import collected_warnings
 from ..texts import printable
 from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
 from ..validation import finite_rows
-from ..version import __version__
 from . import tables
-from .curves import Curve, curve, frames, with_breaks
+from .curves import BEYOND, Curve, curve, frames, over_expected, time_label, times, with_breaks
+from .document import COLOURS, GREY, LAYOUT, RAMP, inert, log_range, rectangles, render, style
 
-__all__ = ["figures", "page_of", "render"]
+__all__ = ["figures", "page_of"]
 
-POLICY = (  # nothing that the page shows can make it load anything
-    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
-)
-# Dark to light, so that the order survives greyscale and colour blindness.
-RAMP = ["#000004", "#180c3c", "#440a68", "#6d186e", "#972766", "#c03a51", "#e15635", "#f67e14"]
-BEYOND = "#1289c9"  # not a colour of the ramp
-COLOURS = ["#1f4e79", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#7a5c00", "#e69f00", "#444444"]
-DASHES = "solid", "dash", "dashdot", "dot"
-GREY = "#aaaaaa"
 N_PROFILE = 16  # largest thresholds at which a score is drawn
-LAYOUT: dict[str, Any] = {
-    "template": "plotly_white",
-    "margin": {"l": 60, "r": 10, "t": 60, "b": 45},
-    "legend": {"orientation": "h", "yref": "container", "y": 1, "yanchor": "top", "x": 0},
-    "font": {"size": 13},
-    "hoverlabel": {"namelength": -1},
-}
 
 
 def page_of(
@@ -64,7 +44,7 @@ def page_of(
             "text": [
                 "Drag to rotate; click a name to hide it, double-click it to see nothing else.",
                 "Crosses: errors beyond the largest threshold, with a line from the reference. "
-                "Circles: lost frames.",
+                "Small dots: lost frames.",
             ],
             "figure": drawn["trajectories"],
         },
@@ -99,52 +79,6 @@ def figures(scored: Sequence[Evaluation]) -> dict[str, go.Figure]:
     }
 
 
-def render(title: str, lead: Sequence[str], sections: Sequence[Mapping[str, Any]]) -> str:
-    """Return a page with a title, lines below it, and sections.
-
-    A section has a heading and any of: text (lines), table (rows of texts, the header first), notes
-    (lines), terms (pairs), figure (of plotly). All texts are escaped.
-    """
-    template = files(__package__).joinpath("page.html").read_text("utf-8")
-    shown = []
-    for number, section in enumerate(sections):
-        figure = section.get("figure")
-        html = "" if figure is None else _figure_html(figure, f"figure-{number}")
-        shown.append({**section, "id": f"section-{number}", "figure": html})
-    if any(section["figure"] for section in shown):
-        from plotly.offline import get_plotlyjs
-
-        first = next(section for section in shown if section["figure"])
-        first["figure"] = (
-            Markup("<script>{}</script>").format(Markup(get_plotlyjs())) + first["figure"]
-        )
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(template).render(
-        title=printable(title),
-        lead=list(map(printable, lead)),
-        sections=shown,
-        policy=POLICY,
-        version=__version__,
-    )
-
-
-def _figure_html(figure: go.Figure, name: str) -> Markup:
-    """Return the element of a figure, and the script that draws it."""
-    config = {"responsive": True, "displaylogo": False}
-    html = figure.to_html(config, include_plotlyjs=False, full_html=False, div_id=name)
-    return Markup(html)  # plotly escapes its data, `_shown` what plotly would render
-
-
-def _shown(text: str) -> str:
-    """Return a text that plotly shows as it is, which would render tags, entities and formulas."""
-    return escape(printable(text), quote=False).replace("$", "&#36;")
-
-
-def _style(index: int) -> dict[str, str]:
-    """Return the line of an estimate."""
-    return {"color": COLOURS[index % len(COLOURS)], "dash": DASHES[index % len(DASHES)]}
-
-
 def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     """Draw the aligned trajectories in 3D, coloured by the position error.
 
@@ -158,21 +92,23 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
 
     def add(points: Floats, name: str, group: str, **kwargs: Any) -> None:
         x, y, z = points.T.astype(np.float32)
-        figure.add_scatter3d(x=x, y=y, z=z, name=_shown(name), legendgroup=group, **kwargs)
+        figure.add_scatter3d(x=x, y=y, z=z, name=inert(name), legendgroup=group, **kwargs)
 
     line = {"mode": "lines", "line": {"color": GREY, "width": 4}}
     dots = {"mode": "markers", "marker": {"color": GREY, "size": 3}}
     look = line if ordered else dots
     drawn = with_breaks(first, path) if ordered else path
     ramp = [*zip(np.linspace(0, 0.999, len(RAMP)).tolist(), RAMP, strict=True), (1.0, BEYOND)]
-    bar = {"title": {"text": f"position<br>error [{_shown(unit)}]"}, "thickness": 12, "len": 0.8}
+    title = {"text": f"position error [{inert(unit)}]", "side": "top"}
+    bar: dict[str, Any] = {"title": title, "orientation": "h"}
+    bar |= {"thickness": 12, "len": 0.6, "y": 0, "yanchor": "top", "x": 1, "xanchor": "right"}
     scale: dict[str, Any] = {"colorscale": ramp, "cmin": 0, "cmax": limit, "colorbar": bar}
     scale["size"] = 3
     add(drawn, "reference", "reference", hoverinfo="skip", **look)
     by_error = []  # traces that a button shows
     for index, one in enumerate(scored):
         errors = curve(one, "TAS").errors.astype(np.float32)
-        positions = one.over_expected(one.positions, np.nan) - origin
+        positions = over_expected(one, one.positions, np.nan) - origin
         has_pose, group, where = finite_rows(positions), str(index), _places(one)
         far = has_pose & (errors >= limit)
         add(
@@ -210,7 +146,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
                 f"{one.name}: lost",
                 group,
                 mode="markers",
-                marker={"symbol": "circle-open", "size": 3, "color": COLOURS[index % len(COLOURS)]},
+                marker={"size": 2, "color": "#333333"},
                 text=[where[row] for row in np.flatnonzero(~has_pose)],
                 hovertemplate="%{text}",
             )
@@ -224,7 +160,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     }
     thin = int(np.argmin(high - low))
     up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
-    eye = dict(zip("xyz", np.roll([1.3, -0.9, -0.9], thin).tolist(), strict=True))
+    eye = dict(zip("xyz", np.roll([1.6, -1.1, -1.1], thin).tolist(), strict=True))
     scene = {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye}}
     buttons = [
         {"label": label, "method": "restyle", "args": [{"opacity": opacity}, by_error]}
@@ -236,18 +172,18 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
         "direction": "right",
         "active": int(len(scored) > 1),
     }
-    menu |= {"x": 0, "xanchor": "left", "y": 0, "yanchor": "bottom", "font": {"size": 12}}
-    figure.update_layout(**LAYOUT, height=560, scene=scene, updatemenus=[menu])
-    return figure.update_layout(margin={"l": 0, "r": 0, "b": 0})
+    menu |= {"x": 0, "xanchor": "left", "y": 0, "yanchor": "top", "font": {"size": 12}}
+    figure.update_layout(**LAYOUT, height=600, scene=scene, updatemenus=[menu])
+    return figure.update_layout(margin={"l": 0, "r": 10, "b": 70})
 
 
 def _places(evaluation: Evaluation) -> list[str]:
     """Return the time of each expected frame, its number, or the name of the image."""
     if evaluation.matches.timed:
-        return [f"{time:.2f} s" for time in evaluation.times.tolist()]
+        return [f"{time:.2f} s" for time in times(evaluation).tolist()]
     keys = evaluation.reference.keys[evaluation.matches.expected_rows].tolist()
     word = "" if isinstance(keys[0], str) else "frame "
-    return [_shown(f"{word}{key}") for key in keys]
+    return [inert(f"{word}{key}") for key in keys]
 
 
 def _errors(scored: Sequence[Evaluation]) -> go.Figure:
@@ -268,15 +204,15 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
             for index, one in enumerate(scored)
             if score == "TAS" or one.has_rotations
         }
-        low, high = _range(
+        low, high = log_range(
             [own.errors for own in curves.values()], next(iter(curves.values())).limit
         )
         above, below = {"row": 2 * k + 1, "col": 1}, {"row": 2 * k + 2, "col": 1}
         for index, own in curves.items():
             one = scored[index]
-            group = {"legendgroup": str(index), "name": _shown(one.name), "showlegend": False}
+            group = {"legendgroup": str(index), "name": inert(one.name), "showlegend": False}
             colour = COLOURS[index % len(COLOURS)]
-            x, y = _rectangles(own.lost, low, high)
+            x, y = rectangles(own.lost, low, high)
             area = {"fill": "toself", "fillcolor": colour, "opacity": 0.18, "mode": "none"}
             if len(x):
                 figure.add_scatter(x=x, y=y, **area, **group, hoverinfo="skip", **below)
@@ -290,7 +226,7 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
                 customdata=np.where(np.isfinite(true), true, np.nan).astype(np.float32),
                 text=None if ordered else _places(one),
                 mode=dots,
-                line={**_style(index), "width": 1.5},
+                line={**style(index), "width": 1.5},
                 hovertemplate=f"{'' if ordered else '%{text}: '}%{{customdata:.3g}} {unit}",
                 **{**group, "showlegend": k == 0},
                 **below,
@@ -307,29 +243,11 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
         place = {"xref": "x domain", "yref": f"y{2 * k + 1 if k else ''} domain"}
         figure.add_annotation(**note, **edge, **place)
     last = 2 * len(kinds)
-    figure.update_xaxes(title_text=first.time_label.partition(" ")[0], row=last, col=1)
+    figure.update_xaxes(title_text=time_label(first).partition(" ")[0], row=last, col=1)
     timed = first.matches.timed
     figure.update_xaxes(hoverformat=".2f" if timed else "d", ticksuffix=" s" if timed else "")
     height = 340 * len(kinds) + 12 * n * len(kinds)
     return figure.update_layout(**LAYOUT, height=height, hovermode="x unified")
-
-
-def _range(errors: Sequence[Floats], limit: float) -> tuple[float, float]:
-    """Return an axis for all errors but the smallest hundredth, and three decades about a limit."""
-    everything = np.concatenate(errors)
-    shown = everything[np.isfinite(everything)]
-    low, high = np.quantile(shown, [0.01, 1]) if len(shown) else (limit, limit)
-    low, high = (float(np.clip(end, limit / 1e3, limit * 1e3)) for end in (low, high))
-    return min(low, limit) / 1.5, 1.5 * max(high, limit)
-
-
-def _rectangles(stretches: Floats, low: float, high: float) -> tuple[Floats, Floats]:
-    """Return the outlines of stretches, with a NaN after each."""
-    begin, end = stretches.T
-    gap = np.full(len(stretches), np.nan)
-    x = np.column_stack([begin, begin, end, end, begin, gap]).ravel()
-    heights = np.array([low, high, high, low, low, np.nan])
-    return x, np.tile(heights, len(stretches))
 
 
 def _bars(own: Curve, index: int) -> dict[str, Any]:
@@ -348,9 +266,9 @@ def _bars(own: Curve, index: int) -> dict[str, Any]:
 def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
     """Draw the scores over their largest thresholds."""
     kinds = ["TAS", "RAS"] if any(one.has_rotations for one in scored) else ["TAS"]
-    figure = make_subplots(cols=len(kinds), horizontal_spacing=0.12)
+    figure = make_subplots(rows=len(kinds), vertical_spacing=0.2)
     for k, score in enumerate(kinds):
-        place = {"row": 1, "col": k + 1}
+        place = {"row": k + 1, "col": 1}
         unit = scored[0].settings.form.unit if score == "TAS" else "deg"
         limit = curve(scored[0], score).limit
         largest = limit * np.geomspace(0.01, 10, N_PROFILE)
@@ -360,19 +278,20 @@ def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
             figure.add_scatter(
                 x=largest,
                 y=_scores(one, score, largest),
-                name=_shown(one.name),
+                name=inert(one.name),
                 legendgroup=str(index),
                 showlegend=k == 0,
                 mode="lines",
-                line={**_style(index), "width": 2},
+                line={**style(index), "width": 2},
                 hovertemplate="%{y:.3f}",
                 **place,
             )
         figure.add_vline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **place)
         title = f"largest threshold [{unit}]"
-        figure.update_xaxes(type="log", title_text=title, dtick=1, hoverformat=".3g", **place)
+        figure.update_xaxes(type="log", title_text=title, dtick=1, tickformat="~g", **place)
+        figure.update_xaxes(hoverformat=".3g", **place)
         figure.update_yaxes(range=[0, 1.02], title_text=score, **place)
-    return figure.update_layout(**LAYOUT, height=380, hovermode="x unified")
+    return figure.update_layout(**LAYOUT, height=320 * len(kinds), hovermode="x unified")
 
 
 def _scores(evaluation: Evaluation, score: str, largest: Floats) -> Floats:

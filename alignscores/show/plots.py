@@ -5,6 +5,7 @@ Needs Matplotlib, which the extra ``plots`` brings.
 
 import warnings
 from collections.abc import Callable, Sequence
+from io import BytesIO
 from itertools import cycle
 from typing import Any
 
@@ -19,18 +20,17 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..arrays import Floats
+from ..arrays import Booleans, Floats, Indices
 from ..evaluation.evaluation import Evaluation
 from ..texts import distinct
 from ..validation import finite_rows
 from . import PLOT_MODES
-from .curves import Curve, curve, frames, with_breaks
+from .curves import BEYOND, Curve, curve, frames, over_expected, time_label, with_breaks
 
-__all__ = ["figure_of", "score_panel"]
+__all__ = ["STYLE", "figure_of", "new_figure", "picture", "score_panel"]
 
 SHADE = "#a8c4dc"
 EDGE = "#1f4e79"
-BEYOND = "#1289c9"  # errors beyond the largest threshold; not a colour of the ramp
 REFERENCE: dict[str, Any] = {"color": "0.65", "linestyle": "-"}
 OTHERS: dict[str, Any] = {
     "color": "0.4",
@@ -39,6 +39,7 @@ OTHERS: dict[str, Any] = {
 }  # estimates that are not named
 NAMED = 8  # estimates that have a colour and a name
 LONGEST = 40  # characters of a name in a legend
+N_MARKS = 60  # of outliers, or of lost frames
 DASHES = "-", "--", "-.", ":"
 # Dark to light, so that the order survives greyscale and colour blindness, without the light end,
 # which cannot be seen on white.
@@ -72,12 +73,7 @@ def figure_of(
     if plot_mode not in (None, *PLOT_MODES):
         raise ValueError(f"plot_mode must be one of {', '.join(PLOT_MODES)}, not {plot_mode!r}")
     with rc_context(STYLE):
-        figure = Figure()
-        if interactive:
-            from matplotlib import pyplot  # has a state of its own, which no file needs
-
-            figure = pyplot.figure()
-        figure.set_layout_engine("constrained")
+        figure = new_figure(interactive=interactive)
         if kind:
             figure.set_size_inches(*SIZES[kind])
             parts = {kind: figure.subfigures(1, 1, squeeze=False)[0, 0]}
@@ -96,6 +92,26 @@ def figure_of(
     return figure
 
 
+def new_figure(*, interactive: bool) -> Figure:
+    """Return an empty figure, one of pyplot if it is `interactive`."""
+    figure = Figure()
+    if interactive:
+        from matplotlib import pyplot  # has a state of its own, which no file needs
+
+        figure = pyplot.figure()
+    figure.set_layout_engine("constrained")
+    return figure
+
+
+def picture(figure: Figure, suffix: str) -> bytes:
+    """Return a figure as the content of a file with a suffix such as ``.png``."""
+    buffer = BytesIO()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph")  # of names in letters that the font lacks
+        figure.savefig(buffer, format=suffix.removeprefix("."), dpi=200)
+    return buffer.getvalue()
+
+
 def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str | None) -> None:
     """Draw the aligned trajectories: a single one coloured by its error, several by estimate."""
     first, unit = scored[0], scored[0].settings.form.unit
@@ -104,19 +120,38 @@ def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str 
     view = ["xyz".index(axis) for axis in mode] if mode else longest
     axes = part.subplots(subplot_kw={"projection": "3d"} if len(view) == 3 else {})
     _draw_path(axes, first, reference[:, view], {**REFERENCE, "linewidth": 2})
-    # A cube around the reference, so that an estimate far away does not shrink the rest.
-    centre = (reference.min(axis=0) + reference.max(axis=0)) / 2
-    reach = 0.55 * float(np.ptp(reference, axis=0).max()) or 1.0
     for name, axis in zip("xyz", view, strict=False):
-        limits = centre[axis] - reach, centre[axis] + reach
-        axes.set(**{f"{name}lim": limits, f"{name}label": f"{'xyz'[axis]} [{unit}]"})
-    axes.set_aspect("equal")
-    axes.set_title("aligned trajectories" if scored[1:] else "aligned trajectory")
+        axes.set(**{f"{name}label": f"{'xyz'[axis]} [{unit}]"})
+    limit = f"{curve(first, 'TAS').limit:.3g} {unit}"
+    (name,) = distinct([first.name], LONGEST)
+    title = f"aligned trajectories; crosses: beyond {limit}" if scored[1:] else f"{name}, aligned"
+    axes.set_title(title, parse_math=False)
     if len(scored) == 1:
         _draw_by_error(part, axes, first, reference, view)
-    else:
-        for line, evaluation in zip(_lines(scored), scored, strict=True):
-            _draw_path(axes, evaluation, evaluation.positions[:, view], line)
+    for line, one in zip(_lines(scored), scored if scored[1:] else [], strict=False):
+        _draw_path(axes, one, one.positions[:, view], line)
+        own, positions = curve(one, "TAS"), over_expected(one, one.positions, np.nan)
+        far = _thinned(finite_rows(positions) & (own.errors >= own.limit))
+        cross = {"color": line["color"], "linestyle": "", "marker": "x", "markersize": 5}
+        axes.plot(*positions[far][:, view].T, **cross)
+    # A box around the reference, so that an estimate far away does not shrink the rest.
+    low, high = reference[:, view].min(axis=0), reference[:, view].max(axis=0)
+    if len(view) == 3:
+        margin = 0.06 * float(np.max(high - low)) or 1.0
+        ends = zip("xyz", low - margin, high + margin, strict=True)
+        axes.set(aspect="equal", **{f"{name}lim": (begin, end) for name, begin, end in ends})
+    else:  # which grows until it fills its place
+        axes.dataLim.set_points(np.stack([low, high]))
+        axes.margins(0.06)
+        axes.set_aspect("equal", adjustable="datalim")
+
+
+def _thinned(chosen: Booleans) -> Indices:
+    """Return some rows that are chosen, the first of each stretch among them."""
+    rows = np.flatnonzero(chosen)
+    stretches = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+    step = max(1, len(rows) // N_MARKS)
+    return np.concatenate([stretch[::step] for stretch in stretches])
 
 
 def _draw_by_error(
@@ -124,7 +159,7 @@ def _draw_by_error(
 ) -> None:
     """Draw positions coloured by their error, outliers as crosses, and lost frames."""
     own, unit = curve(evaluation, "TAS"), evaluation.settings.form.unit
-    positions = evaluation.over_expected(evaluation.positions, np.nan)
+    positions = over_expected(evaluation, evaluation.positions, np.nan)
     lost = ~finite_rows(positions)
     far = ~lost & (own.errors >= own.limit)
     near = ~lost & ~far
@@ -135,16 +170,15 @@ def _draw_by_error(
     dots |= {"cmap": ERRORS, "vmin": 0, "vmax": own.limit}
     crosses: dict[str, Any] = {"marker": "x", "s": 28, "c": BEYOND, "linewidth": 1.2, "zorder": 4}
     holes: dict[str, Any] = {"marker": "o", "s": 16, "c": "none", "edgecolor": "0.2"}
-    holes |= {"linewidth": 0.6, "zorder": 4}
+    holes |= {"linewidth": 0.8, "zorder": 4}
     points = axes.scatter(*positions[near][:, view].T, **dots)
     axes.scatter(*positions[far][:, view].T, **crosses)
-    axes.scatter(*reference[lost][:, view].T, **holes)
+    axes.scatter(*reference[_thinned(lost)][:, view].T, **holes)
     part.colorbar(points, ax=axes, label=f"position error [{unit}]", extend="max", aspect=30)
-    marker: dict[str, Any] = {"linestyle": "", "markersize": 5, "fillstyle": "none"}
     shown = {
         "reference": Line2D([], [], linewidth=2, **REFERENCE),
-        f"beyond {own.limit:.3g} {unit}": Line2D([], [], marker="x", color=BEYOND, **marker),
-        "lost": Line2D([], [], marker="o", color="0.2", **marker),
+        f"beyond {own.limit:.3g} {unit}": Line2D([], [], marker="x", color=BEYOND, linestyle=""),
+        "lost": Line2D([], [], marker="o", color="0.2", linestyle="", fillstyle="none", ms=5),
     }
     part.legend(shown.values(), shown.keys(), loc="outside lower left", ncols=3, frameon=False)
 
@@ -191,7 +225,7 @@ def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
         pad = 8 + (11 if len(scored) == 1 else 4) * min(n_rows, NAMED)
         title = f"{what}; bars: what costs the {name} most, as shares of 1 − {name}"
         axes.set_title(title, pad=pad)
-    panels[1].set_xlabel(f"{scored[0].time_label} (shaded: lost; dotted: largest threshold)")
+    panels[1].set_xlabel(f"{time_label(scored[0])} (shaded: lost; dotted: largest threshold)")
 
 
 def _mark_deficits(axes: Axes, own: Curve, x: Floats, colour: Any, row: int) -> None:
@@ -232,8 +266,8 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     for line, one in zip(_lines(scored), scored, strict=True):
         alignment, rotations = one.result.ras.alignment, one.matches.est_poses[:, :3, :3]
         turned = rotations * np.nan if alignment is None else alignment.T @ rotations
-        own = _nearest(one.over_expected(_angles(turned, order), np.nan), angles)
-        values = np.column_stack([one.over_expected(one.positions, np.nan), own[:, columns]])
+        own = _nearest(over_expected(one, _angles(turned, order), np.nan), angles)
+        values = np.column_stack([over_expected(one, one.positions, np.nan), own[:, columns]])
         drawn.append((one, _pose_times(one), values, line))
     names = f"x [{unit}]", f"y [{unit}]", f"z [{unit}]", "roll [deg]", "pitch [deg]", "yaw [deg]"
     for k, (axes, name) in enumerate(zip(panels.T.flat, names, strict=True)):
@@ -245,7 +279,7 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     panels[0, 0].set_title("positions; grey: reference")
     panels[0, 1].set_title(f"angles (order {order}), continued beyond 180 degrees")
     for axes in panels[2]:
-        axes.set_xlabel(first.time_label)
+        axes.set_xlabel(time_label(first))
 
 
 def _order_of_axes(rotations: Floats) -> str:
@@ -324,7 +358,7 @@ def _pose_times(evaluation: Evaluation) -> NDArray[Any]:
     if not evaluation.matches.timed:
         return frames(evaluation)
     times = np.where(rows < 0, np.nan, keys[rows] - evaluation.reference.keys[0])
-    return evaluation.over_expected(times, np.nan)
+    return over_expected(evaluation, times, np.nan)
 
 
 def _draw_line(

@@ -14,6 +14,7 @@ from ..evaluation.evaluation import LOST, Evaluation
 from ..extras import require
 from ..texts import printable
 from ..validation import finite_rows
+from .curves import over_expected, times
 
 rr: Any = require("rerun", "rerun")
 blueprint: Any = require("rerun.blueprint", "rerun")
@@ -59,14 +60,14 @@ def recording(scored: Sequence[Evaluation]) -> bytes:
 def _log_estimate(stream: Any, evaluation: Evaluation, name: str, origin: Floats) -> None:
     """Log an estimate, each of positions and rotations in the alignment of its score."""
     tas, ras = evaluation.result.tas, evaluation.result.ras
-    positions = evaluation.over_expected(evaluation.positions, np.nan) - origin
+    positions = over_expected(evaluation, evaluation.positions, np.nan) - origin
     rotations = evaluation.matches.est_poses[:, :3, :3]
     rotations = rotations * np.nan if ras.alignment is None else ras.alignment.T @ rotations
-    _log_camera(stream, evaluation, name, positions, evaluation.over_expected(rotations, np.nan))
+    _log_camera(stream, evaluation, name, positions, over_expected(evaluation, rotations, np.nan))
     errors = {
-        "position_error": evaluation.over_expected(tas.errors, np.inf),
-        "rotation_error": evaluation.over_expected(ras.errors, np.inf),
-        "lost": (evaluation.over_expected(evaluation.statuses, LOST) == LOST).astype(float),
+        "position_error": over_expected(evaluation, tas.errors, np.inf),
+        "rotation_error": over_expected(evaluation, ras.errors, np.inf),
+        "lost": (over_expected(evaluation, evaluation.statuses, LOST) == LOST).astype(float),
     }
     for kind, values in errors.items():
         is_finite = np.isfinite(values)
@@ -108,5 +109,5 @@ def _send(stream: Any, evaluation: Evaluation, name: str, rows: Booleans, column
 def _times(evaluation: Evaluation, chosen: Booleans) -> Any:
     """Return the chosen expected frames: seconds from the reference's start, or its rows."""
     if evaluation.matches.timed:
-        return rr.TimeColumn("time", duration=evaluation.times[chosen])
+        return rr.TimeColumn("time", duration=times(evaluation)[chosen])
     return rr.TimeColumn("frame", sequence=evaluation.matches.expected_rows[chosen])

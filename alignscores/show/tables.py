@@ -5,14 +5,15 @@ The table of a terminal needs no pandas, which the extra ``tables`` brings.
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note
 from ..extras import require
 from ..metrics import SCORES, header, metric
-from ..texts import distinct, padded, printable, text_width
+from ..texts import aligned, distinct, printable, text_table, text_width
+from .curves import time_label
 
 __all__ = [
     "as_csv",
@@ -37,14 +38,37 @@ def rows_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
     """Return the table of the estimates; of their metrics where the settings have any."""
     names, settings = _names(scored, longest), scored[0].settings
     if not settings.metrics:
-        rows = [[name, *one.row.values()] for name, one in zip(names, scored, strict=True)]
-        return [["estimate", *scored[0].row], *rows]
+        rows = [[name, *_row(one).values()] for name, one in zip(names, scored, strict=True)]
+        return [["estimate", *_row(scored[0])], *rows]
     headers = [header(name, settings.form.unit) for name in settings.metrics]
     rows = [
         [name, *(_number(key, one.value(key)) for key in settings.metrics)]
         for name, one in zip(names, scored, strict=True)
     ]
     return [["estimate", *headers], *rows]
+
+
+def _row(evaluation: Evaluation) -> dict[str, str]:
+    """Return the row of an estimate: texts by the headers of the columns."""
+    unit = evaluation.settings.form.unit
+    scores = {"TAS": evaluation.tas, "RAS": evaluation.ras, "PAS": evaluation.pas}
+    errors = {
+        f"half [{unit}]": evaluation.half_distance,
+        "half [deg]": evaluation.half_angle,
+        f"median [{unit}]": evaluation.median_distance,
+        "median [deg]": evaluation.median_angle,
+        f"ATE [{unit}]": evaluation.ate,
+    }
+    return {
+        **{name: _text(score, ".3f") for name, score in scores.items()},
+        **{name: _text(error, ".3g") for name, error in errors.items()},
+        "coverage": f"{1 - evaluation.lost:.1%}",
+    }
+
+
+def _text(value: float | None, form: str) -> str:
+    """Return a number, a dash where there is none."""
+    return "-" if value is None or not math.isfinite(value) else format(value, form)
 
 
 def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
@@ -56,7 +80,7 @@ def _number(name: str, value: float | None) -> str:
     unit = metric(name).unit
     ours, others = {"": ".3f"}, {"": ".4f", "%": ".2f"}
     form = ours.get(unit, ".3g") if metric(name).name in SCORES else others.get(unit, ".4g")
-    return "-" if value is None or not math.isfinite(value) else format(value, form)
+    return _text(value, form)
 
 
 def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
@@ -65,7 +89,7 @@ def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
     unit = " [s]" if first.matches.timed else ""
     names = _names(scored, longest)
     header = ["estimate", "score", f"from{unit}", f"to{unit}"]
-    header += [first.time_label.partition(" ")[0].replace("time", "frame") + "s"]
+    header += [time_label(first).partition(" ")[0].replace("time", "frame") + "s"]
     rows = [[*header, "cause", "cost", "share of 1 - score"]]
     for name, one in zip(names, scored, strict=True):
         for own in one.deficits:
@@ -84,13 +108,13 @@ def text(scored: Sequence[Evaluation], columns: int) -> str:
     """
     rows = rows_of(scored)
     if scored[0].settings.metrics:
-        return "\n\n".join(_blocks(rows, columns))
+        return text_table(rows, columns)
     left_out: list[str] = []
-    while len(rows[0]) > MIN_COLUMNS and text_width(_aligned(rows)[0]) > columns:
+    while len(rows[0]) > MIN_COLUMNS and text_width(aligned(rows)[0]) > columns:
         left_out.insert(0, rows[0][-2])
         rows = [[*row[:-2], row[-1]] for row in rows]
     below = [f"too narrow for: {', '.join(left_out)}"] if left_out else []
-    return "\n".join([*_aligned(rows), *below])
+    return "\n".join([*aligned(rows), *below])
 
 
 def models_of(
@@ -111,34 +135,12 @@ def models_of(
 def text_of_models(scored: Sequence[Evaluation], most: int | None = None) -> str:
     """Return the table of models, for a terminal; an empty text without any."""
     rows = models_of(scored, most=most)
-    return "\n".join(_aligned(rows)) if rows[1:] else ""
+    return "\n".join(aligned(rows)) if rows[1:] else ""
 
 
 def text_of_deficits(scored: Sequence[Evaluation]) -> str:
     """Return the table of where the scores are lost, for a terminal."""
-    return "\n".join(_aligned(deficits_of(scored)))
-
-
-def _blocks(rows: Rows, columns: int) -> Iterable[str]:
-    """Yield the table in parts that are no wider than so many columns, each with the names."""
-    start = 1
-    while start < len(rows[0]):
-        end = len(rows[0])
-        while end > start + 1 and text_width(_aligned(_part(rows, start, end))[0]) > columns:
-            end -= 1
-        yield "\n".join(_aligned(_part(rows, start, end)))
-        start = end
-
-
-def _part(rows: Rows, start: int, end: int) -> Rows:
-    return [[row[0], *row[start:end]] for row in rows]
-
-
-def _aligned(rows: Rows) -> list[str]:
-    """Return the lines of a table; names begin below each other, numbers end there."""
-    first, *others = [max(map(text_width, column)) for column in zip(*rows, strict=True)]
-    widths = [first, *(-width for width in others)]
-    return ["  ".join(map(padded, row, widths)).rstrip() for row in rows]
+    return "\n".join(aligned(deficits_of(scored)))
 
 
 def frame(rows: Rows) -> Any:

@@ -51,7 +51,7 @@ def test_import_needs_numpy_and_scipy_alone():
     heavy = {"evo", "pandas", "matplotlib", "hydra", "joblib", "snakemake", "numba", "pycolmap"}
     assert heavy.isdisjoint(modules)
     assert "alignscores.registration.kernel" in modules
-    of_files = ("io", "trajectories", "evaluation", "comparison", "pages", "plots", "cli")
+    of_files = ("io", "evaluation", "comparison", "show", "cli")
     assert {f"alignscores.{name}" for name in of_files}.isdisjoint(modules)
 
 

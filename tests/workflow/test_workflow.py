@@ -272,7 +272,7 @@ print(*filter(None, files), sep="\\n")
     digested = {Path(module.__file__) for module in finder.modules.values() if module.__file__}
     assert used <= digested
     parts = {path.relative_to(ROOT).parts[:2] for path in digested}
-    for other in ("cli", "pages", "evaluation", "io", "show"):
+    for other in ("cli", "evaluation", "io", "show"):
         assert ("alignscores", other) not in parts
 
 

@@ -6,7 +6,9 @@ import sys
 import pytest
 
 import alignscores
-from alignscores.evaluation.settings import options
+from alignscores.cli.compare import OF_SCORE, compare_parser
+from alignscores.cli.score import OF_COMPARE, score_parser
+from alignscores.evaluation.settings import ABOUT
 from alignscores.io import FORMATS
 from alignscores.metrics import METRICS
 
@@ -18,8 +20,16 @@ WRONG = [
     (["tum/reference.txt"], "give a reference and at least one estimate"),
     (["tum", "reference"], "give a reference and at least one estimate"),
     (["sfm", "a", "b"], "'sfm' is neither a file nor a format (tum, kitti, euroc, names,"),
-    ([*TUM, "--registration", "none"], "argument --registration: invalid choice"),
-    ([*TUM, "--nothing", "-x"], "unrecognized arguments: --nothing -x; see alignscores --help"),
+    (
+        [*TUM, "--registration", "none"],
+        "registration must be one of pcr99, refined, not",
+    ),
+    ([*TUM, "--nothing", "-x"], "unknown option --nothing; see alignscores --help"),
+    ([*TUM, "--alignement", "none"], "unknown option --alignement; did you mean --alignment?"),
+    ([*TUM, "--save-page=a.html"], "unknown option --save-page; did you mean --save_page?"),
+    ([*TUM, "--by", "PAS"], "--by is of `alignscores compare`; see"),
+    ([*TUM, "--fail-on", "PAS<1"], "unknown option --fail-on; did you mean --fail_on?"),
+    ([*TUM, "--markdown", "-", "--csv"], "--markdown - and --csv both print"),
     ([*TUM, "--repeat", "0"], "repeat must be a whole number of at least 1, not '0'"),
     ([*TUM, "--save_plot", "x.jpg"], "x.jpg does not end in .png or .pdf or .svg"),
     ([*TUM, "--save_results", "no/x.zip"], "no/x.zip: there is no folder no"),
@@ -33,7 +43,9 @@ WRONG = [
     ),
     (["compare"], "the following arguments are required: [FORMAT] REF EST; see alignscores comp"),
     (["compare", "sfm", "a", "b"], "give a format (tum, kitti, euroc, names, hloc, colmap, "),
-    ([*COMPARE, "--html", "page.txt"], "argument --save_page/--html: page.txt does not"),
+    ([*COMPARE, "--save_page", "page.txt"], "argument --save_page: page.txt does not"),
+    ([*COMPARE, "--save_pages", "a.html"], "unknown option --save_pages; did you mean --save_page"),
+    ([*COMPARE, "--save_rrd", "a.rrd"], "--save_rrd is of `alignscores REF EST`"),
     ([*COMPARE, "--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),
     ([*COMPARE, "--by", "rpe@1m"], "argument --by: must be one of TAS, RAS, PAS, half_distance"),
 ]
@@ -52,7 +64,7 @@ def test_help_has_the_everyday_options_and_help_all_has_all(run):
     _, full, _ = run("--help-all")
     assert "--alignment " in short
     assert "--weight " not in short
-    for name in set(options()) - {"format"}:
+    for name in set(ABOUT) - {"format"}:
         assert f"--{name} " in full
     for name, form in FORMATS.items():
         assert f"  {name:8}  {form.help}\n" in short
@@ -93,3 +105,13 @@ def test_missing_extras_are_named(run, monkeypatch, blocked, arguments, extra):
     monkeypatch.setitem(sys.modules, blocked, None)
     message = f'{blocked} is not installed: pip install "alignscores[{extra}]"'
     assert run(*arguments) == (1, "", f"alignscores: error: {message}\n")
+
+
+def test_both_commands_write_alike_and_know_the_options_of_each_other():
+    ours, theirs = (
+        set(parser()._option_string_actions) for parser in (score_parser, compare_parser)
+    )
+    written = {"--save_page", "--save_plot", "--save_json", "--save_csv", "--latex", "--markdown"}
+    assert {*written, "--json", "--csv", "-o", "--output", "-v", "--verbose"} <= ours & theirs
+    assert set(OF_COMPARE) == theirs - ours
+    assert set(OF_SCORE) == ours - theirs - {"--version"}

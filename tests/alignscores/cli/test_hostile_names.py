@@ -17,6 +17,7 @@ SYSTEMS = {  # names of folders, and how they are written to CSV
     "\x1b[2Jx": "\\x1b[2Jx",
     "\x9b2J": "\\x9b2J",
     'a=b, "c"': 'a=b, "c"',
+    "<script>'$x^2$ & 5%": "<script>'$x^2$ & 5%",
     "grün": "grün",
 }
 
@@ -37,12 +38,17 @@ def hostile(run_compare, examples, tmp_path):
     return "tum", "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
 
 
-@pytest.mark.parametrize("show", [[], ["--csv"], ["--json"], ["--markdown", "-"]])
+@pytest.mark.parametrize("show", [[], ["--csv"], ["--json"], ["--markdown", "-"], ["--latex"]])
 def test_no_escape_reaches_the_terminal(run_compare, hostile, show):
     code, out, err = run_compare(*hostile, "--jobs", 1, *show)
     assert code == 1  # of the file that cannot be read
     assert is_plain(out)
     assert is_plain(err)
+    if "--markdown" in show:
+        assert "<script" not in out.replace("\\<", "")
+    if "--latex" in show:
+        table = out.partition(r"\bottomrule")[0]
+        assert r"\textless{}script\textgreater{}'\$x\textasciicircum{}2\$ \& 5\%" in table
 
 
 def test_a_spreadsheet_and_pandas_read_the_names(run_compare, hostile):

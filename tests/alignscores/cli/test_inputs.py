@@ -94,7 +94,7 @@ def test_no_page_replaces_a_file_of_a_benchmark(here, examples, refused, whose):
     target = symlink(here / f"{whose}.html", ".html")
     patterns = "tum", "{sequence}/gt.html", "{sequence}/{system}/0.html"
     others = "--frames", "{sequence}/frames.html", "--baseline", "saved.html"
-    refused("would replace the input", "compare", *patterns, *others, "--html", target)
+    refused("would replace the input", "compare", *patterns, *others, "--save_page", target)
 
 
 def test_outputs_of_before_are_replaced(here, examples, command):

@@ -1,14 +1,17 @@
 """Settings: values that they may have, what is said of others, and the parser made from them."""
 
+import re
 from dataclasses import FrozenInstanceError, fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from alignscores import Settings
-from alignscores.evaluation.settings import options
+from alignscores import Settings, compare, evaluate
+from alignscores.evaluation.settings import ABOUT, checked
 from alignscores.io import FORMATS
+
+from ..conftest import FILES
 
 
 @pytest.mark.parametrize(
@@ -29,6 +32,9 @@ from alignscores.io import FORMATS
         ("frames", [], "frames must be a file, or finite time stamps, (k,)"),
         ("frames", [[1.0, 2.0]], "frames must be a file, or finite time stamps, (k,)"),
         ("invert", 1, "invert must be true or false, not 1"),
+        ("columns", 5, "columns must be a text, not 5"),
+        ("est_topic", ["a"], "est_topic must be a text, not ['a']"),
+        ("metrics", 5, "metrics must be names"),
         ("unit", 0, "unit must be a finite number above 0, not 0"),
         ("unit", True, "unit must be a finite number above 0, not True"),
         ("unit", 10**400, "unit must be a finite number above 0, not 1000"),
@@ -100,8 +106,34 @@ def test_seeds_are_drawn_by_pcr99_where_something_is_aligned():
     assert Settings(registration="pcr99", alignment="none").seeds == range(1)
 
 
-def test_every_setting_has_help():
-    assert set(options()) == {field.name for field in fields(Settings)}
-    for name, option in options().items():
-        assert option.help, name
-        assert option.checked(getattr(Settings, name)) == getattr(Settings, name)
+def test_every_setting_has_help_and_a_default_that_it_may_have():
+    assert set(ABOUT) == {field.name for field in fields(Settings)}
+    for name, about in ABOUT.items():
+        assert about["help"], name
+        assert checked(name, getattr(Settings, name)) == getattr(Settings, name)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("max_gap", "x", "max_gap must be a finite number of at least 0, not 'x'"),
+        ("registration", "best", "registration must be one of pcr99, refined, not 'best'"),
+        ("rate", "0", "rate must be a finite number above 0 or all, not '0'"),
+    ],
+)
+def test_a_wrong_value_is_the_same_sentence_at_every_door(run, examples, name, value, sentence):
+    files = [examples / file for file in FILES["tum"]]
+    for door in (
+        lambda: Settings(**{name: value}),
+        lambda: evaluate(*files, **{name: value}),
+        lambda: compare(files[0], files[1:], **{name: value}),
+    ):
+        with pytest.raises(ValueError, match=re.escape(sentence)):
+            door()
+    with pytest.raises(ValueError, match="metrics must be names"):
+        evaluate(*files, metrics=5)
+    pattern = files[1].with_name("{system}.txt")
+    for command in (["tum", *files], ["compare", files[0], pattern]):
+        code, out, err = run(*command, f"--{name}", value)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert f": error: {sentence}; see alignscores" in err

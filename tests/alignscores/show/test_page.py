@@ -23,8 +23,6 @@ READ = """() => {
     notes: all("li").map((line) => line.textContent),
   };
 }"""
-# Warnings of Chromium itself, and what the page makes for its own use.
-DRIVERS = "willReadFrequently", "GPU stall due to ReadPixels", "blob:"
 
 
 @pytest.fixture
@@ -38,29 +36,6 @@ def saved(run, tmp_path):
         return path.read_text("utf-8"), json.loads(out)
 
     return saved
-
-
-@pytest.fixture
-def opened(chromium, tmp_path):
-    """(page) -> the page in a browser; it requests nothing, and nothing of ours complains."""
-    wrong = []
-    context = chromium.new_context(viewport={"width": 1280, "height": 900})
-
-    def opened(html):
-        path = tmp_path / "opened.html"
-        path.write_text(html, encoding="utf-8")
-        page = context.new_page()
-        page.set_default_timeout(100_000)
-        page.on("request", lambda request: wrong.append(request.url))
-        page.on("console", lambda message: wrong.append(message.text))
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.goto(path.as_uri())
-        wrong.remove(path.as_uri())
-        return page
-
-    yield opened
-    context.close()
-    assert [text for text in wrong if not any(driver in text for driver in DRIVERS)] == []
 
 
 @pytest.fixture

@@ -87,6 +87,21 @@ def test_the_trajectory_is_coloured_by_the_error_in_the_reference_s_unit(evaluat
     assert len(lost.get_offsets()) == np.sum(np.isinf(errors)) > 0
 
 
+def test_outliers_of_several_estimates_are_crosses_also_single_ones(evaluation):
+    """Of long stretches some; the box is around the reference, and fills its place."""
+    axes = figure_of([evaluation, evaluation], "trajectory").axes[0]
+    errors = evaluation.result.tas.errors
+    far = np.isfinite(errors) & (errors >= evaluation.result.tas.thresholds[-1])
+    crosses = [line for line in axes.get_lines() if line.get_marker() == "x"]
+    for line in crosses:
+        np.testing.assert_array_equal(line.get_xydata(), evaluation.positions[far][:, :2])
+    assert len(crosses) == 2
+    assert far.any()
+    reference = evaluation.reference.positions
+    for ends, axis in ((axes.get_xlim(), 0), (axes.get_ylim(), 1)):
+        assert ends[0] < reference[:, axis].min() < reference[:, axis].max() < ends[1]
+
+
 @pytest.mark.parametrize("form", ["tum", "kitti", "colmap"])
 def test_one_figure_has_every_kind(examples, form):
     files = (examples / name for name in FILES[form])
@@ -101,7 +116,8 @@ def test_many_estimates_are_overlaid_and_the_first_ones_named(evaluation):
     figure = figure_of(scored)
     panels = axes_of(figure)
     trajectories = figure.subfigs[0].subfigs[0]
-    assert len(panels["roll [deg]"].get_lines()) == len(trajectories.axes[0].get_lines()) == 13
+    assert len(panels["roll [deg]"].get_lines()) == 13
+    assert len(trajectories.axes[0].get_lines()) == 13 + len(scored)  # and their outliers
     (legend,) = trajectories.legends
     assert [text.get_text() for text in legend.get_texts()[:2]] == ["reference", names[0]]
     assert len(legend.get_texts()) + int(legend.get_title().get_text().split()[1]) == 13

@@ -1,1 +1,0 @@
-"""Pages that need no network: trajectories with their errors, and comparisons of systems."""

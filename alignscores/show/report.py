@@ -1,0 +1,58 @@
+"""A comparison in words and tables: for a terminal, Markdown and JSON."""
+
+import json
+from collections.abc import Sequence
+from textwrap import fill
+
+from ..comparison.baseline import Changes, changes_table
+from ..comparison.comparison import Comparison
+from ..comparison.tables import (
+    MARKDOWN,
+    as_markdown,
+    as_text,
+    by_sequence,
+    conditions,
+    legend,
+    markdown,
+    notes_of,
+    overall,
+)
+from ..texts import printable
+
+__all__ = ["json_report", "markdown_report", "text_report"]
+
+
+def text_report(
+    found: Comparison, changed: Changes | None = None, *, columns: int, verbose: bool = False
+) -> str:
+    """Return verdict, notes, tables and what changed for a terminal."""
+    notes = [f"note: {note}" for note in found.notes + (found.low_scores if verbose else [])]
+    parts = ["\n".join(fill(line, columns) for line in lines) for lines in (found.verdict, notes)]
+    parts += [as_text(table, columns) for table in (overall(found), by_sequence(found))]
+    parts.append("\n".join(legend(found) + (conditions(found.settings) if verbose else [])))
+    if changed:
+        header = f"{found.by} against {printable(changed.file)}"
+        table = as_text(changes_table(changed), columns)
+        parts.append("\n".join([header, table, *changed.notes]))
+    return "\n\n".join(filter(None, parts)) + "\n"
+
+
+def markdown_report(
+    found: Comparison, changed: Changes | None = None, reasons: Sequence[str] = ()
+) -> str:
+    """Return verdict, all notes, what changed, and tables in Markdown."""
+    parts = [f"**Fails:** {markdown(reason)}" for reason in reasons]
+    parts += map(markdown, found.verdict)
+    parts.append("\n".join(f"- {markdown(note)}" for note in notes_of(found)))
+    if changed:
+        parts.append(f"{found.by} against {markdown(printable(changed.file))}:")
+        parts.append(as_markdown(changes_table(changed, MARKDOWN)))
+        parts += map(markdown, changed.notes)
+    parts += [as_markdown(table(found, MARKDOWN)) for table in (overall, by_sequence)]
+    return "\n\n".join(filter(None, [*parts, *map(markdown, legend(found))])) + "\n"
+
+
+def json_report(found: Comparison, changed: Changes | None = None) -> str:
+    """Return the comparison, and what changed, as JSON."""
+    baseline = {"baseline": changed.to_dict()} if changed else {}
+    return json.dumps(found.to_dict() | baseline, indent=2, allow_nan=False) + "\n"
