@@ -6,19 +6,25 @@ whose truth is known, and tested as `alignscores.compare` does.
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 import pandas as pd
 
 from alignscores.arrays import Floats
-from alignscores.comparison.baseline import GATE_LEVEL, changes
-from alignscores.comparison.comparison import from_table, read_runs
-from alignscores.comparison.statistics import LEVEL, permutation_test
+from alignscores.comparison.baseline import GATE_LEVEL
+from alignscores.comparison.comparison import read_runs
+from alignscores.comparison.statistics import (
+    LEVEL,
+    MIN_RUNS,
+    permutation_test,
+    permuted_labels,
+    studentised,
+)
 from alignscores.comparison.summary import Design, checked, pairs_of
 
-__all__ = ["SCATTERS", "Case", "failing_gates", "found", "of_many"]
+__all__ = ["SCATTERS", "Case", "failing_gates", "found", "found_dependent", "of_many", "tails"]
 
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]
 
@@ -37,7 +43,7 @@ SCATTERS: Mapping[str, Draw] = {
 
 @dataclass(frozen=True)
 class Case:
-    """Two systems: by default equal; the first one may be better, or vary more."""
+    """Two systems: by default equal; the first one may be better, vary more, or choose."""
 
     sequences: int = 1
     runs: tuple[int, int] = (5, 5)
@@ -46,25 +52,75 @@ class Case:
     wider: float = 1.0
     shared: float = 0.0  # share of the variance that runs of a name share over the sequences
     kept: int | None = None  # the best runs of the first system that are reported
+    copies: int = 1  # of each of these, with so small changes that no score is the same
+    effects: float = 0.0  # standard deviation of what is particular to a system on a sequence
+    chosen: int | None = None  # the sequences that the first system hands in: its best ones
+    expect_all: bool = False  # whether it failed on the others
 
-    def draw(self, rng: np.random.Generator) -> list[tuple[Floats, Floats]]:
-        """Return the values of the runs of both systems on each sequence."""
+    def draw(self, rng: np.random.Generator, draws: int) -> list[tuple[Floats, Floats]]:
+        """Return the values of the runs of both systems on each sequence, (draws, runs)."""
         values = []
         for n in self.runs:
-            own = SCATTERS[self.scatter](rng, (self.sequences, n))
-            of_name = SCATTERS[self.scatter](rng, (1, n))
-            values.append(np.sqrt(1 - self.shared) * own + np.sqrt(self.shared) * of_name)
-        first = values[0] * self.wider + self.better
+            own = SCATTERS[self.scatter](rng, (self.sequences, draws, n))
+            of_name = SCATTERS[self.scatter](rng, (1, draws, n))
+            of_sequence = self.effects * rng.normal(size=(self.sequences, draws, 1))
+            mixed = np.sqrt(1 - self.shared) * own + np.sqrt(self.shared) * of_name
+            values.append(mixed + of_sequence)
+        first, second = values[0] * self.wider + self.better, values[1]
         if self.kept is not None:
-            first = np.sort(first, axis=1)[:, -self.kept :]
-        return list(zip(first, values[1], strict=True))
+            first = np.sort(first, axis=-1)[..., -self.kept :].repeat(self.copies, axis=-1)
+            first += 1e-9 * np.arange(first.shape[-1])
+        if self.chosen is not None:
+            lead = first.mean(axis=-1, keepdims=True) - second.mean(axis=-1, keepdims=True)
+            order = np.argsort(-lead, axis=0)
+            first, second = (np.take_along_axis(own, order, axis=0) for own in (first, second))
+            if self.expect_all:  # a failed run is below all others
+                first[self.chosen :] = second.min() - 1 - rng.random(first[self.chosen :].shape)
+            else:
+                first, second = first[: self.chosen], second[: self.chosen]
+        return list(zip(first, second, strict=True))
 
 
-def found(case: Case, draws: int, *, dependent: bool = False, seed: int = 0) -> float:
-    """Return the share of the draws, in per cent, in which the systems differ significantly."""
-    rng = np.random.default_rng(seed)
-    tests = [permutation_test(case.draw(rng), dependent=dependent) for _ in range(draws)]
-    return 100 * float(np.mean([test.possible and test.p <= LEVEL for test in tests]))
+def tails(runs: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    """Return the p-values of `permutation_test` that A is better, and worse, for many draws.
+
+    Without ties all draws of runs have the same ranks but for the labels of the systems, and so
+    the same permuted statistics: those of random labels.
+    """
+    sizes = [(a.shape[-1] + b.shape[-1], a.shape[-1]) for a, b in runs]
+    wins = [np.tri(size, k=-1) + np.eye(size) / 2 for size, _ in sizes]  # of ranks
+    ranked = [np.argsort(np.concatenate(own, axis=-1), axis=-1) for own in runs]
+    labels = [(order < n).astype(float) for order, (_, n) in zip(ranked, sizes, strict=True)]
+    statistic = studentised(wins, labels)
+    permuted, combined = permuted_labels(sizes)
+    expected = np.sort(studentised(wins, permuted, combined=combined))
+    rounding = 1e-9 * np.abs(expected).max()
+    below = np.searchsorted(expected, statistic - rounding, side="left")
+    worse = np.searchsorted(expected, statistic + rounding, side="right") / len(expected)
+    return 1 - below / len(expected), np.asarray(worse)
+
+
+def found(case: Case, draws: int, *, ahead: bool = False) -> float:
+    """Return the share of the draws, in per cent, in which the systems differ significantly.
+
+    With `ahead` only the first one may be better. Each case has draws of its own, so that the
+    shares of several cases are independent.
+    """
+    runs = case.draw(np.random.default_rng(list(repr(case).encode())), draws)
+    if sum(min(a.shape[-1], b.shape[-1]) for a, b in runs) < MIN_RUNS:
+        return 0.0
+    better, worse = tails(runs)
+    return 100 * float(np.mean(2 * (better if ahead else np.minimum(better, worse)) <= LEVEL))
+
+
+def found_dependent(case: Case, draws: int) -> float:
+    """Return the same share where runs of a name count as one value."""
+    runs = case.draw(np.random.default_rng(list(repr(case).encode())), draws)
+    p = [
+        permutation_test([(a[draw], b[draw]) for a, b in runs], dependent=True).p
+        for draw in range(draws)
+    ]
+    return 100 * float(np.mean(np.array(p) <= LEVEL))
 
 
 def _table(values: Floats, systems: Sequence[str]) -> pd.DataFrame:
@@ -101,28 +157,34 @@ def of_many(means: Sequence[float], draws: int, sequences: int = 1) -> tuple[flo
 
 def failing_gates(
     baselines: int,
-    builds: int = 2,
+    builds: int = 50,
     shared: float = 0.0,
     design: Design = "independent",
     sequences: int = 2,
 ) -> Floats:
     """Return p of ``--fail_on worse`` of builds of equal systems, (baselines, builds).
 
-    Each compares two systems, with five runs on each sequence, with as many saved ones.
+    Each compares two systems, with five runs on each sequence, with as many saved ones. A build
+    fails at a level that its p reaches.
     """
     rng = np.random.default_rng(0)
 
-    def drawn() -> pd.DataFrame:
-        own, of_name = (rng.standard_t(2.5, (2, n, 5)) for n in (sequences, 1))
-        return _table(np.sqrt(1 - shared) * own + np.sqrt(shared) * of_name, ["a", "b"])
+    def drawn(n: int) -> Floats:
+        own, of_name = (rng.standard_t(2.5, (2, k, n, 5)) for k in (sequences, 1))
+        return np.asarray(np.sqrt(1 - shared) * own + np.sqrt(shared) * of_name)
 
-    smallest = np.ones((baselines, builds))
-    for baseline in range(baselines):
-        saved = checked(drawn(), "PAS")
-        for build in range(builds):
-            now = from_table(drawn(), "PAS", design=design)
-            smallest[baseline, build] = changes(now, "saved.csv", saved).systems["p_worse"].min()
-    return smallest
+    smallest = []
+    for saved in np.moveaxis(drawn(baselines), 2, 0):
+        p = []
+        for now, before in zip(drawn(builds), saved, strict=True):  # of a system
+            runs = [(a, np.tile(b, (builds, 1))) for a, b in zip(now, before, strict=True)]
+            if design == "dependent":
+                of_build = ([(a[k], b[k]) for a, b in runs] for k in range(builds))
+                p.append([permutation_test(own, dependent=True).worse for own in of_build])
+            else:
+                p.append(tails(runs)[1].tolist())
+        smallest.append(np.minimum(1, 2 * np.min(p, axis=0)))  # Holm's least p-value of two
+    return np.array(smallest)
 
 
 def found_in(runs: pd.DataFrame, by: str, draws: int, n: int = 5) -> pd.DataFrame:
@@ -147,7 +209,7 @@ def found_in(runs: pd.DataFrame, by: str, draws: int, n: int = 5) -> pd.DataFram
 def main() -> None:
     """Print all tables."""
     parser = argparse.ArgumentParser(description="false alarms and power of the verdicts")
-    parser.add_argument("--draws", type=int, default=400)
+    parser.add_argument("--draws", type=int, default=10_000)
     parser.add_argument("--runs", metavar="CSV", help="two systems with ten runs on each sequence")
     parser.add_argument("--by", default="PAS")
     arguments = parser.parse_args()
@@ -155,55 +217,75 @@ def main() -> None:
     if arguments.runs:
         print(found_in(read_runs(arguments.runs), arguments.by, draws).round(1).to_string())
         return
-    sizes = [(3, 3), (5, 5), (10, 10), (3, 10), (5, 10)]
 
     def show(title: str, rows: Mapping[str, Sequence[float]], columns: Sequence[object]) -> None:
         table = pd.DataFrame(list(rows.values()), list(rows), list(map(str, columns)))
         print(f"\n{title}\n{table.round(1).to_string()}", flush=True)
 
-    for wider in (1.0, 10.0):
-        rows = {
-            f"{sequences} sequences": [
-                float(np.mean([found(Case(sequences, n, s, wider=wider), draws) for s in SCATTERS]))
-                for n in sizes
-            ]
-            for sequences in (1, 2, 6)
-        }
-        show(f"False alarms, %: one system varies {wider:g} times as much", rows, sizes)
-    rows = {
-        f"{better:g} sd, {scatter}, {sequences} sequences": [
-            found(Case(sequences, n, scatter, better), draws) for n in sizes
+    sizes = [(3, 3), (5, 5), (10, 10), (3, 10), (5, 10), (10, 3), (10, 5)]
+    rows: dict[str, Sequence[float]] = {}
+    largest = 0.0
+    for wider, sequences in product((1.0, 10.0), (1, 2, 6)):
+        # The ranks of equal systems do not depend on how their runs scatter.
+        scatters = list(SCATTERS) if wider > 1 else ["normal"]
+        cells = [
+            [found(Case(sequences, n, scatter, wider=wider), draws) for scatter in scatters]
+            for n in sizes
         ]
-        for better, scatter, sequences in product((1.0, 2.0), ("normal", "10 % gross"), (1, 6))
+        rows[f"{wider:g} times, {sequences} sequences"] = [float(np.mean(cell)) for cell in cells]
+        largest = max(largest, *(max(cell) for cell in cells))
+    show("False alarms, %: the first system varies as much, or 10 times as much", rows, sizes)
+    print(f"mean over {', '.join(SCATTERS)}; the largest single value: {largest:.1f}")
+    rows = {
+        f"{scatter}, {sequences} sequences": [
+            found(Case(sequences, n, scatter, better=1.0), draws) for n in sizes[:5]
+        ]
+        for scatter, sequences in product(("normal", "10 % gross"), (1, 6))
     }
-    show("Found, %: the first system is better", rows, sizes)
+    show("Found, %: the first system is better by 1 sd", rows, sizes[:5])
     rows = {
         f"{sequences} sequences": [
-            found(Case(sequences, shared=0.5), draws, dependent=one) for one in (False, True)
+            found(Case(sequences, shared=0.5), draws),
+            found_dependent(Case(sequences, shared=0.5), draws // 10),
         ]
         for sequences in (2, 6, 11)
     }
     show("False alarms, %: runs of a name share half", rows, ["independent", "dependent"])
-    many = draws // 4
-    of_ten = {
+    many = draws // 100
+    rows = {
         "five equal, others 2 sd apart": of_many([0] * 5 + [2, 4, 6, 8, 10], many),
         "all equal": of_many([0] * 10, many),
         "3 sd apart": of_many([3 * k for k in range(10)], many),
     }
-    show("Ten systems, five runs, one sequence, %", of_ten, ["found", "false of those called"])
-    best = found(Case(runs=(10, 5), kept=5), draws)
-    print(f"\nKeeping the best 5 of 10 runs of one of two equal systems: ahead in {best:.1f} %")
-    p = [
-        failing_gates(draws),
-        failing_gates(draws, shared=0.5, sequences=6),
-        failing_gates(draws, shared=0.5, design="dependent", sequences=6),
-    ]
-    rows = {
-        f"worse:{level:g}": [50 * float((own <= level).mean()) for own in p]
-        for level in (0.05, GATE_LEVEL, 0.001)
+    show("Ten systems, five runs, one sequence, %", rows, ["found", "false of those called"])
+    six = Case(sequences=6, effects=1.0)
+    chosen = {
+        "five runs": Case(),
+        "50 runs": Case(runs=(50, 5)),
+        "its best 5 of 10 runs": Case(runs=(10, 5), kept=5),
+        "its best of 10 runs, five times": Case(runs=(10, 5), kept=1, copies=5),
+        "one run, five times": Case(runs=(1, 5), kept=1, copies=5),
+        "6 sequences, 1 sd between systems on each": six,
+        "the 3 of these 6 where it is best": replace(six, chosen=3),
+        "the same, with --expect_all": replace(six, chosen=3, expect_all=True),
     }
-    names = ["2 sequences", "6 sequences, half shared", "the same, --runs dependent"]
-    show("Of 50 builds of equal systems fail", rows, names)
+    rows = {name: [found(case, draws, ahead=True)] for name, case in chosen.items()}
+    show("Ahead, %: one of two equal systems, which hands in", rows, ["of five runs"])
+    gates = {
+        "2 sequences": failing_gates(draws // 100),
+        "6 sequences, half shared": failing_gates(draws // 100, shared=0.5, sequences=6),
+        "the same, --runs dependent": failing_gates(
+            draws // 100, shared=0.5, design="dependent", sequences=6
+        ),
+    }
+    for level in (0.05, GATE_LEVEL, 0.001):
+        rows = {
+            name: [50 * float((p <= level).mean()), 100 * float((p <= level).any(axis=1).mean())]
+            for name, p in gates.items()
+        }
+        show(
+            f"worse:{level:g}, 50 builds of equal systems", rows, ["fail", "baselines with any, %"]
+        )
 
 
 if __name__ == "__main__":

@@ -192,11 +192,7 @@ def run_python_program(command):
             assert draw_figures(tables) == 0
         case ["-m", "benchmarks", "--against", _]:
             pass  # runs in its own test
-        case (
-            ["-m", module]
-            | ["-m", "experiments.check" as module, _]
-            | ["-m", "studies.calibration" as module, "--draws", _]
-        ):
+        case ["-m", module] | ["-m", "experiments.check" as module, _]:
             assert list(ROOT.glob(f"{module.replace('.', '/')}.py")) or (ROOT / module).is_dir()
         case ["flight/make.py" as script, *_]:
             run_other([sys.executable, script, *arguments[1:]])

@@ -160,6 +160,8 @@ def _run(argv: Sequence[str]) -> int:
         changed = changes(found, arguments.baseline, saved, *levels[:1])
     reasons = reasons_to_fail(gate, found, changed) if gate else []
     problems = problems_of(found)
+    if changed and changed.is_void and any(one.relation == WORSE for one in gate):
+        problems.append(f"no system can be worse at a level of {changed.level:g}: too few runs")
 
     for option, path in outputs.items():
         try:

@@ -4,9 +4,11 @@ import argparse
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from ..show.evo import POSE_RELATIONS
+
 __all__ = ["ELSEWHERE", "add_alignment", "add_pose_relation", "alignment_of", "check_pose_relation"]
 
-POSE_RELATIONS = "trans_part", "angle_deg", "angle_rad", "rot_part", "full", "point_distance"
+POSITIONS = "trans_part"
 VALUES = {"angle_deg": "are:rmse", "point_distance": "ate:rmse"}  # as metrics
 ELSEWHERE = {
     **dict.fromkeys(
@@ -65,14 +67,13 @@ def alignment_of(
 def add_pose_relation(add: Callable[..., Any]) -> None:
     """Add ``-r``."""
     help = "as in evo: the error in --save_results (default: %(default)s)"
-    choices, default = POSE_RELATIONS, POSE_RELATIONS[0]
-    add("-r", "--pose_relation", choices=choices, default=default, help=help)
+    add("-r", "--pose_relation", choices=tuple(POSE_RELATIONS), default=POSITIONS, help=help)
 
 
 def check_pose_relation(arguments: argparse.Namespace, error: Callable[[str], NoReturn]) -> None:
     """Check that ``-r`` names an error that is computed."""
     named = arguments.pose_relation
-    if named == POSE_RELATIONS[0] or arguments.save_results:
+    if named == POSITIONS or arguments.save_results:
         return
     metric = f"--metrics {VALUES[named]} is evo's value; " if named in VALUES else ""
     error(

@@ -20,7 +20,7 @@ from .verdict import difference_text, p_text
 
 __all__ = ["GATE_LEVEL", "Changes", "changes", "changes_table", "means_of_both", "read_baseline"]
 
-GATE_LEVEL = 0.01  # of ``worse``: half a false alarm in 50 builds of equal systems
+GATE_LEVEL = 0.01  # of ``worse``: of 50 builds of equal systems half a one is expected to fail
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Changes:
 
     `systems` has a row for each system: its means on the sequences of both, `wins` of the new runs,
     the difference with its interval, one-sided p-values by Holm's method over the systems, and what
-    is significant at `level`. `p_smallest` is the least that the runs of a system can reach.
+    is significant at `level`. `p_smallest` is the least p-value that so many runs can have.
     """
 
     file: str
@@ -46,15 +46,20 @@ class Changes:
         """Why systems cannot be significantly worse, whatever their runs are."""
         lines = []
         for row in records(self.systems[~(self.systems["p_smallest"] <= self.level)]):
-            smallest = row["p_smallest"]
-            reason = (
-                f"p is at least {smallest:.2g}" if math.isfinite(smallest) else "too few to test"
-            )
+            reason = "too few to test"
+            if math.isfinite(row["p_smallest"]):
+                reason = f"p is at least {row['p_smallest']:.2g}"
             lines.append(
                 f"{row['system']}: worse cannot be significant at {self.level:g} with "
-                f"{row['runs_now']} against {row['runs_saved']} runs ({reason})"
+                f"{row['runs_now']} against {row['runs_saved']} runs ({reason}); more runs are "
+                "needed, or a higher level"
             )
         return lines
+
+    @property
+    def is_void(self) -> bool:
+        """Whether no system that is in both can be significantly worse."""
+        return len(self.systems) > 0 and not (self.systems["p_smallest"] <= self.level).any()
 
     @property
     def notes(self) -> list[str]:
@@ -119,8 +124,8 @@ def _systems(rows: list[dict[str, Any]], level: float) -> pd.DataFrame:
     table = pd.DataFrame(rows, columns=names).rename(
         columns={"mean_a": "now", "mean_b": "saved", "runs_a": "runs_now", "runs_b": "runs_saved"}
     )
-    smallest = [test.smallest if test.possible else math.nan for test in tests]
-    table["p_smallest"] = np.array(smallest, dtype=float) * max(1, able.sum())
+    smallest = np.array([test.smallest if test.possible else math.nan for test in tests])
+    table["p_smallest"] = np.where(able, holm(np.where(able, smallest, np.nan)), smallest)
     table["p_worse"], table["p_better"] = worse, better
     table["change"] = pd.Series(
         [

@@ -177,7 +177,13 @@ def _scored(task: Task) -> Result:
             reference = reference_of(task.reference, task.settings)
             rig_frames = of_model(task.reference, task.settings)
         evaluation = score(
-            reference, file, task.settings, name="", rig_frames=rig_frames, check=task.check
+            reference,
+            file,
+            task.settings,
+            name="",
+            ref_file=task.reference,
+            rig_frames=rig_frames,
+            check=task.check,
         )
     except FAILURES as error:
         message = printable(why(error))
@@ -284,14 +290,16 @@ def _stored(file: Path) -> Result | None:
         stored = json.loads(read_bytes(file))
         row, errors = dict(stored["row"]), dict(stored["errors"])
         numbers = [row[name] for name in (*SCORES, "n", "lost", "d", "scale", "chance")]
-        texts = [row[name] for name in ("status", "notes", "low_score")]
+        texts = [row[name] for name in ("notes", "low_score")]
         if not all(isinstance(one, (int, float)) for one in numbers):
             return None
-        if not all(isinstance(one, str) for one in texts):
+        if row["status"] != "scored" or not all(isinstance(one, str) for one in texts):
             return None
         names = "time", "position", "rotation"
         arrays = {name: np.array(errors[name], dtype=float) for name in names}
         covered = np.array(errors["covered"], dtype=bool)
+        if covered.ndim != 1 or any(one.shape != covered.shape for one in arrays.values()):
+            return None
         return row, Errors(**arrays, covered=covered, timed=bool(errors["timed"]))
     except (KeyError, OSError, RecursionError, TypeError, ValueError):
         return None

@@ -17,8 +17,9 @@ from numpy.typing import ArrayLike
 from ..arrays import Floats
 
 __all__ = ["LEVEL", "MIN_RUNS", "MIN_SEQUENCES", "N_PERMUTATIONS", "Interval", "Test"]
-__all__ += ["beats", "difference", "failure_interval", "false_discovery", "holm"]
-__all__ += ["paired_test", "permutation_test", "sequence_test", "wins"]
+__all__ += ["beats", "difference", "false_discovery", "holm"]
+__all__ += ["paired_test", "permutation_test", "permuted_labels", "sequence_test"]
+__all__ += ["studentised", "wins"]
 
 LEVEL = 0.05  # significance
 N_PERMUTATIONS = 9_999
@@ -74,19 +75,21 @@ def wins(runs: Runs, paired: bool = False) -> float:
 def permutation_test(runs: Runs, *, dependent: bool = False, seed: int = 0) -> Test:
     """Test P(A beats B) = 1/2 by a studentised permutation test within sequences.
 
-    The statistic is the mean over sequences of P(A beats B) - 1/2, divided by its standard error:
-    the placement of a run is the share of the other system's runs that it beats, and the variance
-    of P on a sequence is the variance of A's placements over their number plus that of B's (Brunner
-    and Munzel, Biometrical Journal 2000). It is compared with the statistics of permuted labels of
-    the systems (Neubert and Brunner, CSDA 2007): all of them where there are at most 10,000,
-    otherwise 9,999 random ones and the observed one. Therefore it holds where one system varies
-    more than the other, too.
+    The placement of a run is the share of the other system's runs that it beats. The mean over
+    sequences of P(A beats B) - 1/2 is divided by its standard error, where the variance of P on a
+    sequence is the variance of A's placements over their number plus that of B's. The statistic is
+    the p-value of this quotient by Student's distribution with Satterthwaite's degrees of freedom
+    (Brunner and Munzel, Biometrical Journal 2000). It is compared with the statistics of permuted
+    labels of the systems (Neubert and Brunner, CSDA 2007): all of them where there are at most
+    10,000, otherwise 9,999 random ones and the observed one. Therefore it is exact for equal
+    systems, and nearly so where one system varies more than the other.
 
     With `dependent`, run k of a system shares something over all sequences, such as a build: its
     labels are permuted together, and its placement is the mean over the sequences.
 
     One system may vary so much that all of its k runs lie above, or below, all others by chance,
-    with a probability of 2 ** (1 - k), which no test can notice: fewer than five are not tested.
+    with a probability of 2 ** (1 - k), which no test can notice: 6.25 % of five runs, the fewest
+    that are tested, so that five runs on one sequence can be.
     """
     compared = []
     for a, b in runs:
@@ -94,44 +97,69 @@ def permutation_test(runs: Runs, *, dependent: bool = False, seed: int = 0) -> T
         compared.append((beats(both[:, None], both), len(a)))
     if dependent:
         compared = [(np.mean([wins for wins, _ in compared], axis=0), compared[0][1])]
-    numbers = [math.comb(len(wins), n) for wins, n in compared]
-    exact = math.prod(numbers) <= N_PERMUTATIONS + 1
-    excesses, variances = [], []
-    for index, (wins, n) in enumerate(compared):
-        labels = _all_labels(len(wins), n) if exact else _random_labels(len(wins), n, seed, index)
-        excess, variance = _placements(wins, labels)
-        excesses.append(excess)
-        variances.append(variance)
-    statistic = _over_sequences(excesses, exact) / np.sqrt(_over_sequences(variances, exact))
+    labels, combined = permuted_labels([(len(wins), n) for wins, n in compared], seed)
+    statistic = studentised([wins for wins, _ in compared], labels, combined=combined)
     rounding = 1e-9 * np.abs(statistic).max()
     fewest = sum(min(n, len(wins) - n) for wins, n in compared)
     return Test(
         better=float(np.mean(statistic >= statistic[0] - rounding)),
         worse=float(np.mean(statistic <= statistic[0] + rounding)),
-        smallest=1 / min(math.prod(numbers), N_PERMUTATIONS + 1),
+        smallest=1 / len(statistic),
         possible=fewest >= MIN_RUNS,
     )
 
 
-def _placements(wins: Floats, labels: Floats) -> tuple[Floats, Floats]:
-    """Return P(A beats B) - 1/2 on a sequence and its variance, for each row of labels of A.
+def permuted_labels(sizes: Sequence[tuple[int, int]], seed: int = 0) -> tuple[list[Floats], bool]:
+    """Return for each sequence labels of its runs, the first n of them A's in the first row.
 
-    A variance is at least a quarter of that of equal systems: equal placements of a few runs are no
-    certainty.
+    They are all that there are, to be combined over sequences, if the combinations are at most
+    10,000; otherwise they are as many random ones.
+    """
+    if math.prod(math.comb(size, n) for size, n in sizes) <= N_PERMUTATIONS + 1:
+        return [_all_labels(size, n) for size, n in sizes], True
+    return [_random_labels(*size, seed, index) for index, size in enumerate(sizes)], False
+
+
+def studentised(
+    wins: Sequence[Floats], labels: Sequence[Floats], *, combined: bool = False
+) -> Floats:
+    """Return the statistic of the permutation test, larger where A is better.
+
+    For each sequence `wins` says which of some runs beats which, and each row of `labels` which of
+    them are A's. Rows of the same number go together, or with `combined` each with each.
+    """
+    of_sequences = [_placements(*one) for one in zip(wins, labels, strict=True)]
+    excess, variance, uncertainty = (
+        _over_sequences(values, combined) for values in zip(*of_sequences, strict=True)
+    )
+    t = excess / np.sqrt(variance)
+    p = scipy.special.stdtr(variance**2 / uncertainty, -np.abs(t))
+    return np.asarray(-np.sign(t) * np.log(np.maximum(p, np.finfo(float).tiny)))
+
+
+def _placements(wins: Floats, labels: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return, for each row of labels of A, P(A beats B) - 1/2 on a sequence, and its variance.
+
+    The third value is the sum of each system's squared variance over its degrees of freedom. A
+    system whose placements are all equal has the least variance that others have: one pair of runs
+    is lost.
     """
     n, others = labels[0].sum(), 1 - labels
     m = labels.shape[1] - n
     of_a = labels * (others @ wins.T) / m  # placements: shares of B's runs that A's runs beat
     of_b = others * (labels @ wins) / n  # shares of A's runs that beat B's runs
     mean = of_a.sum(axis=1) / n
-    var_a = (np.einsum("ij,ij->i", of_a, of_a) - n * mean**2) / (n - 1)
-    var_b = (np.einsum("ij,ij->i", of_b, of_b) - m * mean**2) / (m - 1)
-    return mean - 0.5, np.maximum(var_a / n + var_b / m, (n + m + 1) / (48 * n * m))
+    least = 1 / (n * m) ** 2
+    var_a, var_b = (
+        np.maximum((np.einsum("ij,ij->i", own, own) / k - mean**2) / (k - 1), least)
+        for own, k in ((of_a, n), (of_b, m))
+    )
+    return mean - 0.5, var_a + var_b, var_a**2 / (n - 1) + var_b**2 / (m - 1)
 
 
-def _over_sequences(values: Sequence[Floats], exact: bool) -> Floats:
-    """Return sums over sequences: of all combinations of labels, or of each random set."""
-    if exact:
+def _over_sequences(values: Sequence[Floats], combined: bool) -> Floats:
+    """Return sums over sequences: of all combinations of labels, or of each row."""
+    if combined:
         return reduce(lambda a, b: np.add.outer(a, b).ravel(), values)
     return np.asarray(np.sum(values, axis=0))
 
@@ -169,25 +197,21 @@ def _difference(a: float, b: float) -> float:
 
 
 def _signed_ranks(differences: Sequence[float]) -> Test:
-    """Return Wilcoxon's test: SciPy's `wilcoxon` itself is not exact with ties and zeros."""
-    values = np.array([value for value in differences if value])
-    ranks = np.sign(values) * scipy.stats.rankdata(np.abs(values))
-    ranks = np.pad(ranks, (0, max(0, 2 - len(ranks))))  # SciPy takes two or more; zeros add nothing
-    tails = [
-        scipy.stats.permutation_test(
-            [ranks],
-            np.sum,
-            permutation_type="samples",
-            vectorized=True,
-            n_resamples=N_PERMUTATIONS,
+    """Return Wilcoxon's test, by permutations of the signs: exact also with ties and zeros."""
+    smallest = max(0.5 ** len(differences), 1 / (N_PERMUTATIONS + 1))
+    possible = len(differences) >= MIN_SEQUENCES
+    values = [value for value in differences if value]
+    if len(values) < 2:
+        return Test(1.0, 1.0, smallest, possible)
+    better, worse = (
+        scipy.stats.wilcoxon(
+            values,
             alternative=alternative,
-            rng=np.random.default_rng(0),
+            method=scipy.stats.PermutationMethod(N_PERMUTATIONS, rng=np.random.default_rng(0)),
         ).pvalue
         for alternative in ("greater", "less")
-    ]
-    smallest = max(0.5 ** len(differences), 1 / (N_PERMUTATIONS + 1))
-    better, worse = map(float, tails)
-    return Test(better, worse, smallest, possible=len(differences) >= MIN_SEQUENCES)
+    )
+    return Test(float(better), float(worse), smallest, possible)
 
 
 def false_discovery(p_values: ArrayLike) -> Floats:
@@ -239,9 +263,3 @@ def difference(runs: Runs, paired: bool = False) -> Interval:
     dof = total**2 / (shares**2 / free).sum()
     reach = float(scipy.special.stdtrit(dof, 1 - LEVEL / 2) * math.sqrt(total) / len(runs))
     return Interval(value, value - reach, value + reach)
-
-
-def failure_interval(failed: int, runs: int) -> tuple[float, float]:
-    """Return Clopper and Pearson's interval of 95 % for the probability that a run fails."""
-    low, high = scipy.stats.binomtest(failed, runs).proportion_ci(1 - LEVEL)
-    return float(low), float(high)

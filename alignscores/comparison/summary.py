@@ -8,7 +8,9 @@ from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+import scipy
 
+from ..arrays import Floats
 from ..metrics import metric
 from ..texts import brief, first_few, printable
 from . import statistics
@@ -175,7 +177,7 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
         everywhere = [name for name in own_means.index if name in common]
         places = everywhere if sequence is None else [sequence]
         failed = int((own["status"] != "scored").sum())
-        low, high = statistics.failure_interval(failed, len(own))
+        low, high = scipy.stats.binomtest(failed, len(own)).proportion_ci(1 - LEVEL)
         units = own["d"].dropna()
         row = {
             "system": system,
@@ -357,21 +359,20 @@ def _adjusted(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     columns = ["a", "b", "sequence", "metric", "sequences", "wins", "mean_a", "mean_b"]
     columns += ["difference", "low", "high", "method", "runs_a", "runs_b", "test", "like_these"]
     pairs = pd.DataFrame(rows, columns=columns)
-    for test, p, better in (
-        ("test", "p", "better"),
-        ("like_these", "p_like_these", "better_like_these"),
-    ):
-        raw = np.array([one.p for one in pairs[test]], dtype=float)
-        made = np.array([one.possible for one in pairs[test]], dtype=bool)
-        pairs[f"{p}_raw" if test == "test" else "raw_like_these"] = raw
-        pairs[p] = statistics.false_discovery(np.where(made, raw, np.nan))
-        ahead = [
-            None if not value <= LEVEL else a if one.better < one.worse else b
-            for value, one, a, b in zip(pairs[p], pairs[test], pairs["a"], pairs["b"], strict=True)
-        ]
-        pairs[better] = pd.Series(ahead, pairs.index, dtype=object)
+    pairs["p_raw"] = pairs["test"].map(lambda test: test.p).astype(float)
+    pairs["p"], pairs["better"] = _significant(pairs, pairs["test"])
     pairs["needed"] = [_needed(pairs, row) for row in range(len(pairs))]
-    return pairs.drop(columns=["test", "like_these", "raw_like_these"])
+    of_sequences = _significant(pairs, pairs["like_these"])
+    pairs["p_like_these"], pairs["better_like_these"] = of_sequences
+    return pairs.drop(columns=["test", "like_these"])
+
+
+def _significant(pairs: pd.DataFrame, tests: "pd.Series[Any]") -> tuple[Floats, "pd.Series[Any]"]:
+    """Return p-values adjusted over all pairs, and the system that is significantly ahead."""
+    p = statistics.false_discovery([test.p if test.possible else math.nan for test in tests])
+    first = [test.better < test.worse for test in tests]
+    ahead = pairs["a"].where(pd.Series(first, pairs.index, dtype=bool), pairs["b"])
+    return p, ahead.astype(object).where(p <= LEVEL, None)
 
 
 def _needed(pairs: pd.DataFrame, row: int) -> str:

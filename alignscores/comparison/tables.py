@@ -89,6 +89,11 @@ def _head(name: str, found: Comparison) -> str:
         return name
 
 
+def _same_sequences(found: Comparison) -> bool:
+    """Return whether all systems were run on all sequences."""
+    return len(common_sequences(found.distinct)) == found.runs["sequence"].nunique()
+
+
 def _rank(row: Mapping[str, Any]) -> str:
     """Return a rank, or the first and the last that a system may have."""
     if math.isnan(row["rank_best"]):
@@ -97,14 +102,15 @@ def _rank(row: Mapping[str, Any]) -> str:
 
 
 def _value(row: Mapping[str, Any], name: str) -> str:
-    """Return a mean; one that failed runs make infinite is the mean of the others."""
-    mean = row[name] if math.isfinite(row[name]) else row[f"{name}_scored"]
-    return number(float(mean))
+    """Return a mean; one that failed runs make infinite is the mean of the others, with a mark."""
+    if math.isinf(row[name]) and math.isfinite(row[f"{name}_scored"]):
+        return f"{number(float(row[f'{name}_scored']))} †{row['failed']}"
+    return number(float(row[name]))
 
 
 def overall(found: Comparison, form: Form = TEXT) -> pd.DataFrame:
     """Return rank, means, failed runs and coverage of each system."""
-    common, n_sequences = common_sequences(found.distinct), found.runs["sequence"].nunique()
+    n_sequences = found.runs["sequence"].nunique()
     rows = []
     for row in records(found.overall):
         cells = {"system": form.escape(row["system"]), "rank": _rank(row)}
@@ -112,7 +118,7 @@ def overall(found: Comparison, form: Form = TEXT) -> pd.DataFrame:
             text = _value(row, name)
             first = name == found.by and row["rank_best"] == row["rank_worst"] == 1
             cells[form.escape(_head(name, found))] = form.bold(text) if first else text
-        if len(common) < n_sequences:
+        if not _same_sequences(found):
             everywhere = number(float(row[f"{found.by}_all"]))
             cells[form.escape(f"{found.by} (all)")] = everywhere
             cells["sequences"] = f"{row['sequences']}/{n_sequences}"
@@ -139,7 +145,7 @@ def by_sequence(found: Comparison, form: Form = TEXT) -> pd.DataFrame:
                 if row["rank_best"] == row["rank_worst"] == 1:
                     text = form.bold(text)
                 text += f" ({_rank(row)})" if not math.isnan(row["rank_best"]) else ""
-                text += f" †{row['failed']}" if row["failed"] else ""
+                text += f" †{row['failed']}" if row["failed"] and "†" not in text else ""
             cells[form.escape(sequence)] = text
         rows.append(cells)
     if found.runs["d"].notna().any():
@@ -162,43 +168,57 @@ def as_markdown(table: pd.DataFrame) -> str:
 
 
 def latex_table(found: Comparison) -> pd.DataFrame:
-    """Return systems by metrics with mean and standard deviation of the runs, three digits each.
+    """Return systems by metrics with mean and standard deviation of the runs.
 
-    The best mean is bold; = marks systems that are not significantly different from it.
+    The best mean has three digits and is bold; = marks systems that are not significantly different
+    from it.
     """
-    names = [name for name in (*SHOWN[:4], found.by) if name in found.overall]
-    columns = {"system": [latex(system) for system in found.overall["system"]]}
-    for name in dict.fromkeys(names):
-        larger = found.larger if name == found.by else larger_is_better(name)
-        pairs = (
-            found.pairs
-            if name == found.by
-            else pairs_of(found.distinct, name, larger, found.design)
-        )
-        columns[latex(_head(name, found))] = _latex_column(found.overall, name, larger, pairs)
+    systems = found.overall["system"]
+    columns = {"system": [latex(system) for system in systems]}
+    for name in dict.fromkeys([*SHOWN[:4], found.by]):
+        if name not in found.overall:
+            continue
+        larger, pairs = found.larger, found.pairs
+        if name != found.by:
+            larger = larger_is_better(name)
+            pairs = pairs_of(found.distinct, name, larger, found.design)
+        decimals, cells = _latex_column(found.overall, name, larger, pairs)
+        columns[latex(_head(name, found))] = cells
+        if name == found.by and not _same_sequences(found):
+            everywhere = found.overall[f"{name}_all"]
+            columns[latex(f"{name} (all)")] = [_fixed(value, decimals) for value in everywhere]
     return pd.DataFrame(columns)
 
 
-def _latex_column(table: pd.DataFrame, name: str, larger: bool, pairs: pd.DataFrame) -> list[str]:
-    """Return the cells of a metric: mean and deviation, the best mean bold, ties marked."""
-    means = table[name].where(table[name].abs() < math.inf, table[f"{name}_scored"])
-    if not table[name].notna().any():
-        return len(table) * ["--"]
-    best = table["system"].iloc[int(np.nanargmax(table[name] if larger else -table[name]))]
+def _latex_column(
+    table: pd.DataFrame, name: str, larger: bool, pairs: pd.DataFrame
+) -> tuple[int, list[str]]:
+    """Return decimals and cells of a metric: mean and deviation, the best one bold, and marks."""
+    failed = np.isinf(table[name])  # of an error: the mean is over the other runs
+    means = table[name].where(~failed, table[f"{name}_scored"])
+    order = (table[name] if larger else -table[name]).fillna(-math.inf).to_numpy()
+    best = table["system"].iloc[int(order.argmax())] if np.isfinite(order.max()) else None
     marks = {}
     for pair in records(pairs[pairs["sequence"].isna()]):
         if best in (pair["a"], pair["b"]):
             other = pair["b"] if pair["a"] == best else pair["a"]
             untested, ahead = math.isnan(pair["p"]), isinstance(pair["better"], str)
             marks[other] = r"$^{\circ}$" if untested else "" if ahead else "$^{=}$"
-    decimals = max(0, 2 - math.floor(math.log10(max(means.abs().min(), 0.1))))
+    leading = abs(order.max())
+    decimals = max(0, 3 - math.ceil(math.log10(leading))) if 1e-9 < leading < math.inf else 3
     cells = []
-    for system, mean, deviation in zip(table["system"], means, table[f"{name}_sd"], strict=True):
-        text = f"{mean:.{decimals}f}" if math.isfinite(mean) else "--"
-        text = rf"\textbf{{{text}}}" if system == best else text
+    for row, mean, other_runs in zip(records(table), means, failed, strict=True):
+        text = _fixed(mean, decimals)
+        text = rf"\textbf{{{text}}}" if row["system"] == best else text
+        deviation = row[f"{name}_sd"]
         text += rf" $\pm$ {deviation:.{decimals}f}" if math.isfinite(deviation) else ""
-        cells.append(text + marks.get(system, ""))
-    return cells
+        text += r"$^{\dagger}$" if other_runs and math.isfinite(mean) else ""
+        cells.append(text + marks.get(row["system"], ""))
+    return decimals, cells
+
+
+def _fixed(value: float, decimals: int) -> str:
+    return f"{value:.{decimals}f}" if math.isfinite(value) else "--"
 
 
 def as_latex(found: Comparison) -> str:
@@ -208,11 +228,11 @@ def as_latex(found: Comparison) -> str:
     aligned = "l" + "r" * (len(table.columns) - 1)
     text = str(table.to_latex(index=False, escape=False, column_format=aligned))
     lines = [
-        "Mean over sequences, and standard deviation of the runs on a sequence. Bold: best mean;",
+        "Mean over sequences +- standard deviation of the runs on a sequence. Bold: the best mean;",
         f"=: not significantly different from it (false discovery rate {100 * LEVEL:.0f} %);",
-        "o: too few runs for a test against it.",
+        "o: too few runs for a test against it; dagger: the mean without failed runs.",
         *found.verdict,
-        *found.notes,
+        *(f"note: {note}" for note in found.notes),
     ]
     return text + "".join(f"% {line}\n" for line in lines)
 

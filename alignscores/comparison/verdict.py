@@ -39,9 +39,9 @@ def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFr
         lines.append(
             f"{n} of {len(tested)} pairs of systems differ significantly; at most "
             f"{100 * LEVEL:.0f} % of the differences that are called significant are expected to "
-            "be false."
+            "be false. The adjusted p of a pair depends a little on the other pairs."
         )
-    return [*lines, *_needed(pairs), *_lacking(runs, by)]
+    return [*lines, *_too_few(pairs), *_lacking(runs, by)]
 
 
 def p_text(p: float) -> str:
@@ -100,7 +100,7 @@ def _of_leader(leader: str, tested: Sequence[dict[str, Any]], by: str, n_tested:
     return lines + [f"{leader} is {kind} {first_few(own)}." for kind, own in kinds.items() if own]
 
 
-def _needed(pairs: pd.DataFrame) -> list[str]:
+def _too_few(pairs: pd.DataFrame) -> list[str]:
     """Return which pairs no result could make significant, and how many runs are needed."""
     lines = []
     mute = pairs[pairs["needed"] != ""]

@@ -1,11 +1,12 @@
 """A constant offset between the clocks of a reference and an estimate.
 
 The angle by which a camera turns within some tenths of a second depends on no coordinate frame, no
-scale and hardly on drift. At the true offset these angles agree best. Without rotations, the
-logarithms of the distances that it moves take their place, up to a constant for the scale; they are
-less sharp. Every offset at which the two have time in common is tried. One that compares n motions
-and leaves the disagreement D, where unrelated motions have D0, has the strength n log(D0 / D): a
-match on part of the motions does not beat one that is about as good on all of them.
+scale and hardly on drift. At the true offset these angles agree best. Without rotations, or where
+they leave it open, the logarithms of the distances that it moves take their place, up to a constant
+for the scale; they are less sharp. Every offset at which the two have time in common is tried. One
+that compares n motions and leaves the disagreement D, where unrelated motions have D0, has the
+strength n log(D0 / D): a match on part of the motions does not beat one that is about as good on
+all of them.
 """
 
 from dataclasses import dataclass
@@ -39,7 +40,7 @@ class Clock:
 
     seconds: float
     error: float  # standard error in seconds
-    gain: float  # D0 / D
+    gain: float  # D0 / D, of the search
     runner_up: float  # another offset, in seconds; NaN if there is none
     rival: float  # strength of the runner-up, relative to the best
     what: str  # "rotation rates" or "speeds"
@@ -59,9 +60,20 @@ class Clock:
 def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:
     """Return the offset at which the motions of an estimate agree best with the reference's.
 
-    None where there are too few motions to compare, or they agree nowhere.
+    Where its rotations leave it open, as those of a car do, its speeds may show it. None where
+    there are too few motions to compare, or they agree nowhere.
     """
-    rotations = _turns(reference) and _turns(estimate)
+    if not (_turns(reference) and _turns(estimate)):
+        return _found(reference, estimate, rotations=False)
+    clock = _found(reference, estimate, rotations=True)
+    if clock is None or not clock.certain:
+        of_speeds = _found(reference, estimate, rotations=False)
+        clock = of_speeds if of_speeds and (clock is None or of_speeds.certain) else clock
+    return clock
+
+
+def _found(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> Clock | None:
+    """Return the offset by rotation rates, or by speeds."""
     ref, est = _Path.of(reference, rotations), _Path.of(estimate, rotations)
     second = np.searchsorted(est.stamps, est.stamps + SPAN)
     first = np.flatnonzero(second < len(est.stamps))
@@ -75,7 +87,7 @@ def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:
     motions = est.motions(est.points[first], est.points[second])
 
     step = max(STEP, (ref.stamps[-1] + est.stamps[-1]) / MAX_STEPS)
-    offsets, strength, usual = _strengths(ref, starts, ends, motions, step)
+    offsets, strength, gain = _strengths(ref, starts, ends, motions, step)
     best = int(np.argmax(strength))
     if not strength[best] > 0:
         return None
@@ -83,12 +95,12 @@ def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:
     others = np.append(offsets[: max(best - low, 0)], offsets[best + high + 1 :])
     apart = np.append(strength[: max(best - low, 0)], strength[best + high + 1 :])
     rival = float(np.max(apart, initial=0.0))
-    seconds, error, left = _refined(ref, est, all_first, all_second, float(offsets[best]), step)
+    seconds, error = _refined(ref, est, all_first, all_second, float(offsets[best]), step)
     moved = ref.start - est.start
     return Clock(
         seconds=moved + seconds,
         error=error,
-        gain=usual / max(left, 1e-6 * usual),
+        gain=float(gain[best]),
         runner_up=moved + float(others[np.argmax(apart)]) if rival > 0 else np.nan,
         rival=rival / float(strength[best]),
         what="rotation rates" if rotations else "speeds",
@@ -168,8 +180,8 @@ def _slope(strength: Floats) -> int:
 
 def _strengths(
     ref: _Path, starts: Floats, ends: Floats, motions: Floats, step: float
-) -> tuple[Floats, Floats, float]:
-    """Return evenly spaced offsets, the strength of each, and D0: the median of all D."""
+) -> tuple[Floats, Floats, Floats]:
+    """Return evenly spaced offsets, with the strength and D0 / D of each; D0 is the median D."""
     grid = np.asarray(step * np.arange(int(ref.stamps[-1] / step) + 1), np.float64)
     points, known = ref.at(grid)
     first = np.round(starts / step).astype(int)
@@ -183,7 +195,7 @@ def _strengths(
         of_span[span] = ref.motions(points[:-span], points[span:]), both
     everywhere = np.concatenate([sizes[both] for sizes, both in of_span.values()])
     if not everywhere.size:
-        return np.zeros(1), np.zeros(1), 1.0
+        return np.zeros(1), np.zeros(1), np.ones(1)
     cap = float(
         np.abs(np.median(everywhere) - motions).mean()
         + np.abs(everywhere - np.median(everywhere)).mean()
@@ -203,20 +215,18 @@ def _strengths(
         left = mean if ref.rotations else np.sqrt(np.maximum(squares / n - mean**2, 0))
     enough = n >= MIN_MOTIONS
     if not enough.any():
-        return np.zeros(1), np.zeros(1), 1.0
+        return np.zeros(1), np.zeros(1), np.ones(1)
     usual = float(np.median(left[n >= min(len(motions) / 2, n.max())]))
     floor = 1e-6 * usual + 1e-12
-    strength = np.where(
-        enough, n * np.log((usual + floor) / (np.where(enough, left, 1) + floor)), 0
-    )
+    gain = np.where(enough, (usual + floor) / (np.where(enough, left, 1) + floor), 1)
     offsets = step * np.arange(-n_before, len(grid), dtype=np.float64)
-    return offsets, np.asarray(strength, np.float64), usual
+    return offsets, n * np.log(gain), gain
 
 
 def _refined(
     ref: _Path, est: _Path, first: Indices, second: Indices, offset: float, step: float
-) -> tuple[float, float, float]:
-    """Return an offset by least squares on the inliers, its standard error, and D.
+) -> tuple[float, float]:
+    """Return an offset by least squares on the inliers, and its standard error.
 
     The standard error comes from a jackknife over stretches of time, since errors of neighbouring
     motions are alike. Displacements are compared as vectors, after the similarity that fits them.
@@ -250,11 +260,11 @@ def _refined(
         moments = np.bincount(blocks, (difference[rows] * slopes).sum(axis=1), BLOCKS)
         squares = np.bincount(blocks, (slopes**2).sum(axis=1), BLOCKS)
         if not (squares.sum() - squares > 0).all():
-            return offset, np.inf, left(offset)
+            return offset, np.inf
         offset -= float(np.clip(moments.sum() / squares.sum(), -step / 2, step / 2))
         others = (moments.sum() - moments) / (squares.sum() - squares)
         error = float(np.sqrt((BLOCKS - 1) * np.var(others)))
-    return offset, error, left(offset)
+    return offset, error
 
 
 def _fitted(moves: Floats, true: Floats, known: Booleans) -> Floats:

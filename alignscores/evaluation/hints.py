@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, Indices
 from ..averaging import (
     angles_and_axes,
     project_to_rotation,
@@ -36,7 +36,6 @@ from ..averaging import (
 )
 from ..io import FAILURES, Trajectory, inverse_poses
 from ..registration import pcr99
-from ..similarity import Similarity
 from ..validation import finite_rows
 from .clock import find_clock
 from .evaluation import Note
@@ -51,7 +50,7 @@ MIN_CAMERAS = 10  # fewer fit some rotation by chance
 SAMPLE = 300  # cameras looked at
 MOTION_DEG = 30.0  # largest rotation from one frame to the next
 STEPS = 5  # in which B and Q are refined in turn
-CLEARLY = 0.02  # in RAS, by which a less likely convention must be better
+CLEARLY = 0.02  # by which the score of a less likely mistake must be better
 CONSISTENT_DEG = 20.0  # between the alignments of positions and rotations
 BODY, CAMERA = "x forward, y left, z up", "x right, y down, z forward"
 OF_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
@@ -65,11 +64,10 @@ W_FIRST, W_LAST = "qw qx qy qz", "qx qy qz qw"
 REF, EST, BOTH = "reference", "estimate", "both"
 
 CLEAR = 0.1  # by which a remedy must raise the score
-CLEAR_CLOCK = 0.01  # likewise; of an offset that motions show on their own
+CLEAR_OF_TIME = 0.01  # likewise; of stamps, whose steps or motions show it on their own
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
-MIRRORED = 0.7  # misfit of mirrored positions, relative to the present one, that is worth a trial
 MIRRORS = [np.diag(axes) for axes in ((1.0, 1.0, -1.0), (1.0, -1.0, 1.0), (-1.0, 1.0, 1.0))]
 
 
@@ -90,7 +88,8 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     """Find the convention under which the finite ones of estimated poses fit their reference.
 
     It is reported if it raises the RAS by 0.3, or by half of what is missing to 1: noise, lost
-    cameras or drift fit under none so much better.
+    cameras or drift fit under none so much better. Where both are inverted, their rotations may
+    agree; then their positions show it.
     """
     estimated = np.flatnonzero(finite_rows(est_poses))
     n = len(estimated)
@@ -99,19 +98,23 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
     ras_now = _ras(gt, est, np.eye(3))[0]
-    if ras_now > 0.9:
+    positions, inverted = _inverted(gt, est)
+    least = ras_now + min(0.3, (1 - ras_now) / 2)
+    if any(case[1] == BOTH for case in inverted) and _step(inverse_poses(gt)) < _step(gt):
+        least = ras_now - CLEARLY
+    elif ras_now > 0.9:
         return Convention()
     fits = []
-    for kind, side, true, poses, axes, positions in _candidates(gt, est):
-        body = _fitted_frame(true, poses) if axes is None else axes
+    for kind, side, true, poses, axes, rotation in _candidates(gt, est, positions, inverted):
+        body = _fitted_frame(true, poses, rotation) if axes is None else axes
         ras, frame = _ras(true, poses, body)
-        apart = np.inf if positions is None else rotation_angles((positions.T @ frame)[None])[0]
+        apart = np.inf if rotation is None else rotation_angles((rotation.T @ frame)[None])[0]
         fits.append((ras, apart <= CONSISTENT_DEG, kind, side, body))
-    best = max(fit[0] for fit in fits)
-    if best < ras_now + min(0.3, (1 - ras_now) / 2):
+    better = [fit for fit in fits if fit[0] >= least]
+    better = [fit for fit in better if fit[1]] or better
+    if not better:
         return Convention()
-    good = [fit for fit in fits if fit[0] > best - CLEARLY]
-    good = [fit for fit in good if fit[1]] or good
+    good = [fit for fit in better if fit[0] > max(fit[0] for fit in better) - CLEARLY]
     _, _, kind, side, body = good[0]
     is_none = rotation_angles(body[None])[0] <= NEAR_DEG
     others = {EST: REF, REF: EST}
@@ -121,26 +124,44 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     return Convention(kind, side, None if is_none else body, bool(kind and rivals))
 
 
+# Kind, side, both trajectories as they would be, and the rotation of their positions.
+_Case = tuple[str, str, Floats, Floats, Floats | None]
+
+
+def _inverted(gt: Floats, est: Floats) -> tuple[Floats | None, list[_Case]]:
+    """Return the rotation of the positions as they are, and inverted poses that fit much better."""
+    now = _position_fit(gt, est)
+    inverted: list[_Case] = []
+    for side, true, poses in _of_sides(gt, est, inverse_poses):
+        fit = _position_fit(true, poses)
+        if fit.misfit < min(0.15, now.misfit / 3):
+            inverted.append(("inverted", side, true, poses, fit.rotation))
+    return now.rotation, inverted
+
+
+def _step(poses: Floats) -> float:
+    """Return the median distance between successive positions.
+
+    In the coordinates of the camera all that is far away moves as the camera turns, so that the
+    true path, as a rule, has the smaller steps.
+    """
+    return float(np.median(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)))
+
+
 def _candidates(
-    gt: Floats, est: Floats
+    gt: Floats, est: Floats, positions: Floats | None, inverted: list[_Case]
 ) -> Iterator[tuple[str, str, Floats, Floats, Floats | None, Floats | None]]:
     """Yield kind, side, both trajectories, B (None: any), and the rotation of their positions.
 
     The likeliest come first. Where inverted poses fit better, only they are candidates.
     """
-    now, rotation = _position_fit(gt, est)
-    inverted = []
-    for side, true, poses in _of_sides(gt, est, inverse_poses):
-        misfit, aligned = _position_fit(true, poses)
-        if misfit < min(0.15, now / 3):
-            inverted.append(("inverted", side, true, poses, aligned))
     swapped = [
-        (kind, side, true, poses, rotation)
+        (kind, side, true, poses, positions)
         for kind in ("inverted rotations", W_FIRST, W_LAST)
         for side, true, poses in _of_sides(gt, est, CHANGES[kind])
     ]
     common = list(COMMON.values())
-    one = inverted or [("", "", gt, est, rotation)]
+    one: list[_Case] = inverted or [("", "", gt, est, positions)]
     yield from ((*case[:4], axes, case[4]) for axes in common for case in one)
     if not inverted:
         yield from ((*case[:4], common[0], case[4]) for case in swapped)
@@ -198,10 +219,11 @@ def describe_rotation(rotation: Floats) -> str:
     return f"{np.degrees(angles[0]):.1f} deg about ({axis})"
 
 
-def _fitted_frame(gt_poses: Floats, est_poses: Floats) -> Floats:
+def _fitted_frame(gt_poses: Floats, est_poses: Floats, positions: Floats | None) -> Floats:
     """Return the constant B with R̂_i ≈ Q R_i B.
 
-    Between two cameras both turn by the same angle, about axes that B takes to each other. A B
+    Between two cameras both turn by the same angle, about axes that B takes to each other. Where
+    all turns are about one axis, that leaves B open; the rotation of the positions is Q, too. A B
     near a common one is that: what is between them is inaccuracy.
     """
     gt, est = gt_poses[:, :3, :3], est_poses[:, :3, :3]
@@ -210,10 +232,13 @@ def _fitted_frame(gt_poses: Floats, est_poses: Floats) -> Floats:
     alike = np.abs(lengths[0] - lengths[1]) < 0.1  # not so where one of the cameras is an outlier
     moments = true[alike].T @ estimated[alike]
     near_identity = 1e-3 * np.linalg.norm(moments) * np.eye(3)  # where turns are about one axis
-    body = project_to_rotation(moments + near_identity)
+    bodies = [project_to_rotation(moments + near_identity)]
+    if positions is not None:
+        bodies.append(tlud_mean((positions @ gt).swapaxes(1, 2) @ est))
     for _ in range(STEPS):
-        frame = tlud_mean(est @ body.T @ gt.swapaxes(1, 2))
-        body = tlud_mean((frame @ gt).swapaxes(1, 2) @ est)
+        frames = [tlud_mean(est @ body.T @ gt.swapaxes(1, 2)) for body in bodies]
+        bodies = [tlud_mean((frame @ gt).swapaxes(1, 2) @ est) for frame in frames]
+    body = max(bodies, key=lambda body: _ras(gt_poses, est_poses, body)[0])
     common = np.array(list(COMMON.values()))
     apart = rotation_angles(common.swapaxes(1, 2) @ body)
     return common[np.argmin(apart)] if apart.min() <= NEAR_DEG else body
@@ -235,28 +260,37 @@ def _ras(gt_poses: Floats, est_poses: Floats, body: Floats) -> tuple[float, Floa
     return float(np.maximum(1 - errors / NEAR_DEG, 0).mean()), frame
 
 
-def _position_fit(gt_poses: Floats, est_poses: Floats) -> tuple[float, Floats | None]:
-    """Return the median error of aligned positions, relative to their extent, and the rotation.
+class _Fit(NamedTuple):
+    """Aligned positions: their median error relative to their extent, and the alignment.
 
     The rotation is None where positions on a line, or that do not fit, leave it open.
     """
+
+    misfit: float = np.inf
+    rotation: Floats | None = None
+    scale: float = np.nan
+
+
+def _position_fit(gt_poses: Floats, est_poses: Floats) -> _Fit:
+    """Return how well positions fit."""
     gt, est = gt_poses[:, :3, 3], est_poses[:, :3, 3]
     centred = gt - np.median(gt, axis=0)
     extent = float(np.median(np.linalg.norm(centred, axis=1)))
     rank, rng = len(gt) // 2 + 1, np.random.default_rng(0)
     alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=300, rng=rng)
     if alignment is None or extent == 0:
-        return np.inf, None
+        return _Fit()
     misfit = float(np.median(alignment.position_errors(gt, est))) / extent
     widths = np.linalg.svd(centred, compute_uv=False)
-    return misfit, alignment.rotation if misfit < min(0.15, widths[1] / widths[0]) else None
+    has_rotation = misfit < min(0.15, widths[1] / widths[0])
+    return _Fit(misfit, alignment.rotation if has_rotation else None, alignment.scale)
 
 
 # ---------------------------------------------------------------------------- one look at both
 
 
 class Scored(NamedTuple):
-    """What scoring needs to return for a candidate: score, poses that were compared, length."""
+    """What scoring returns for a candidate: the score, and the poses that were compared."""
 
     score: float
     gt_poses: Floats
@@ -317,17 +351,16 @@ def look(
     attempt: Attempt,
     files: Files,
     *,
-    name: str,
     has_rotations: bool,
 ) -> list[Note]:
     """Return the hints on mistakes in either file; those found first are corrected for the others.
 
-    `name` is that of the score in the hints, PAS or TAS.
+    The score is the PAS, without rotations the TAS.
     """
     state = _State(reference, estimate, settings, scored, has_rotations)
     for find, least in (
-        (_units_of_time, CLEAR),
-        (_clocks, CLEAR_CLOCK),
+        (_units_of_time, CLEAR_OF_TIME),
+        (_clocks, CLEAR_OF_TIME),
         (_mirrored, CLEAR),
         (_conventions, CLEAR),
         (_increments, CLEAR),
@@ -335,7 +368,7 @@ def look(
     ):
         if state.score > 1 - least:
             break
-        state = _tried(state, list(find(state, files)), least, attempt, name)
+        state = _tried(state, list(find(state, files)), least, attempt)
     return list(state.notes)
 
 
@@ -346,29 +379,29 @@ def rescue(
     attempt: Attempt,
     files: Files,
     *,
-    name: str,
     has_rotations: bool,
 ) -> str:
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, has_rotations)
     for find in (_units_of_time, _clocks, _increments):
-        tried = _tried(state, list(find(state, files)), CLEAR, attempt, name)
+        tried = _tried(state, list(find(state, files)), CLEAR, attempt)
         if tried.notes:
             return str(tried.notes[0])
     return ""
 
 
-def _tried(
-    state: _State, remedies: Sequence[_Remedy], least: float, attempt: Attempt, name: str
-) -> _State:
-    """Return the state with the best remedy, if that raises the score clearly."""
+def _tried(state: _State, remedies: Sequence[_Remedy], least: float, attempt: Attempt) -> _State:
+    """Return the state with the best remedy, if that raises the score clearly.
+
+    The likeliest come first.
+    """
     best, chosen = state, None
     for remedy in remedies:
         settings = replace(state.settings, **remedy.changes)
         with suppress(*FAILURES), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scored = attempt(remedy.reference, remedy.estimate, settings)
-            if scored.score > best.score + 1e-6:
+            if scored.score > best.score + (CLEARLY if chosen else 0):
                 best = replace(
                     state,
                     reference=remedy.reference,
@@ -379,6 +412,7 @@ def _tried(
                 chosen = remedy
     if chosen is None or best.score < state.score + least:
         return state
+    name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     gain = f"({before}{best.score:.3f} corrected)"
     note = Note(chosen.kind, f"{chosen.text} {gain}", chosen.option)
@@ -420,15 +454,7 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
 def _time_factors(stamps: Floats) -> list[float]:
     """Return 1, and factors that make the steps of stamps those of a camera if they are not."""
     steps = np.diff(np.sort(stamps))
-    step = (
-        float(
-            np.median(
-                steps[steps > 0],
-            )
-        )
-        if (steps > 0).any()
-        else 0.0
-    )
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     low, high = STEPS_OF_CAMERAS
     if step == 0 or low <= step <= high:
         return [1.0]
@@ -507,7 +533,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield the convention of either file, with what corrects it."""
     if not state.scored or not state.has_rotations:
         return
-    reference, estimate, settings = state.reference, state.estimate, state.settings
+    reference, estimate = state.reference, state.estimate
     found = find_convention(state.scored.gt_poses, state.scored.est_poses)
     if not found.kind and found.body_rotation is None:
         return
@@ -518,10 +544,34 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
             f"{describe_rotation(found.body_rotation)}"
         )
     changes = {"body_rotation": "auto"} if frame else {}
-    if not found.kind:
+    if found.kind:
+        yield _of_convention(state, files, found, frame, changes)
+    else:
         option = "--body_rotation auto removes it"
+        if _may_both_be_inverted(state.scored, found.body_rotation):
+            option += "; if both files are world-to-camera, --ref_invert --est_invert instead"
         yield _Remedy("frame", frame, option, reference, estimate, changes)
-        return
+    yield from _mirrors(state, files)  # on a plane, other camera axes have the same effect
+
+
+def _may_both_be_inverted(scored: Scored, body_rotation: Floats | None) -> bool:
+    """Return whether a rotation of the camera frame may be one of inverted coordinate frames.
+
+    Inverse poses of two frames that differ by a rotation differ by that rotation of their cameras,
+    and not in their positions.
+    """
+    if body_rotation is None or any((body_rotation == axes).all() for axes in COMMON.values()):
+        return False
+    some = _sample(scored)
+    rotation = _position_fit(scored.gt_poses[some], scored.est_poses[some]).rotation
+    return rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
+
+
+def _of_convention(
+    state: _State, files: Files, found: Convention, frame: str, changes: dict[str, Any]
+) -> _Remedy:
+    """Return what corrects the convention of poses or rotations."""
+    reference, estimate, settings = state.reference, state.estimate, state.settings
     change = CHANGES[found.kind]
     sides = {EST: [EST], REF: [REF], BOTH: [REF, EST]}[found.side]
     ref = reference._replace(poses=change(reference.poses)) if REF in sides else reference
@@ -547,42 +597,47 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         option = _columns(state, files, {REF: ref, EST: est}, dict.fromkeys(sides, found.kind))
         option = f"name their order with {option}" if option else "reorder them"
     kind = "quaternions" if found.kind in (W_FIRST, W_LAST) else found.kind
-    yield _Remedy(kind, text + also, option, ref, est, changes)
+    return _Remedy(kind, text + also, option, ref, est, changes)
+
+
+def _sample(scored: Scored) -> Indices:
+    """Return the rows of some estimated positions, evenly spread."""
+    rows = np.flatnonzero(finite_rows(scored.est_poses[:, :3, 3]))
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)])
 
 
 def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield mirrored axes, if the positions then fit better."""
     if not state.scored:
         return
-    rows = np.flatnonzero(finite_rows(state.scored.est_poses[:, :3, 3]))
-    if len(rows) < MIN_CAMERAS:
+    some = _sample(state.scored)
+    if len(some) < MIN_CAMERAS:
         return
-    rows = rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)]
-    gt, est = state.scored.gt_poses[rows], state.scored.est_poses[rows]
+    gt, est = state.scored.gt_poses[some], state.scored.est_poses[some]
     flip = np.eye(4)
     flip[2, 2] = -1
-    none = state.settings.alignment in ("yaw", "none")
-    if not none and _position_fit(gt, flip @ est)[0] > MIRRORED * _position_fit(gt, est)[0]:
-        return
+    fixed = state.settings.alignment in ("yaw", "none")  # under which other mirrors differ
+    if fixed or _position_fit(gt, flip @ est).misfit < _position_fit(gt, est).misfit:
+        yield from _mirrors(state, files)
+
+
+def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield swapped columns of a file without rotations, and a mirrored reference."""
     reference, estimate = state.reference, state.estimate
-    has_rotations = state.has_rotations
     text = (
         f"{files.reference} and {files.estimate} are mirror images: the reference is left-handed, "
         "as Unity's and Unreal's frames are, or has two axes swapped, such as north and east; or "
         "the estimate"
     )
-    for number, mirror in enumerate(MIRRORS if has_rotations else MIRRORS[:1]):
-        poses = reference.poses.copy()
-        poses[:, :3, 3] = poses[:, :3, 3] @ mirror
-        if number == 0:
-            option = "correct the export: no rotation corrects it"
-            changed = reference._replace(poses=poses)
-            yield _Remedy("mirrored", text, option, changed, estimate)
-        if has_rotations:
-            poses = poses.copy()
-            poses[:, :3, :3] = mirror @ reference.poses[:, :3, :3] @ mirror
-            option = "correct the export: no rotation corrects it"
-            yield _Remedy("mirrored", text, option, reference._replace(poses=poses), estimate)
+    positions = reference.poses.copy()
+    positions[:, :3, 3] @= MIRRORS[0]
+    changed = [positions]
+    if state.has_rotations:
+        for mirror in MIRRORS:
+            poses = reference.poses.copy()
+            poses[:, :3, 3] @= mirror
+            poses[:, :3, :3] = mirror @ poses[:, :3, :3] @ mirror
+            changed.append(poses)
     for side, trajectory in ((REF, reference), (EST, estimate)):
         if not _has_constant(trajectory):
             continue
@@ -592,6 +647,9 @@ def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
         option = _columns(state, files, both, {side: "y x"})
         if option:
             yield _Remedy("mirrored", text, f"{option} swaps two axes", both[REF], both[EST])
+    for poses in changed:
+        option = "correct the export: no rotation corrects it"
+        yield _Remedy("mirrored", text, option, reference._replace(poses=poses), estimate)
 
 
 def _has_constant(trajectory: Trajectory) -> bool:
@@ -615,7 +673,7 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
     some = np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)
     now = np.inf
     if n == len(reference.keys):
-        now = _position_fit(reference.poses[some], estimate.poses[some])[0]
+        now = _position_fit(reference.poses[some], estimate.poses[some]).misfit
     # The product of poses of a common frame can hide noise: both files must look like motions.
     both = [BOTH] if _hardly_rotates(reference) and _hardly_rotates(estimate) else []
     for side, inverse in product((EST, REF, *both), (False, True)):
@@ -626,7 +684,7 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
         if n < len(ref.keys) and rows and side == EST:  # the first pose is the identity
             est = Trajectory(ref.keys, np.concatenate([np.eye(4)[None], est.poses]))
         if len(ref.keys) == len(est.keys):
-            fit = _position_fit(ref.poses[some], est.poses[some])[0]
+            fit = _position_fit(ref.poses[some], est.poses[some]).misfit
             if fit > (0.15 if side == BOTH else min(0.15, now / 3)):
                 continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
@@ -656,20 +714,20 @@ def _units_of_length(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield other units of length, where the alignment keeps the scale."""
     if not state.scored or state.settings.alignment == "similarity":
         return
-    gt, est = state.scored.gt_poses[:, :3, 3], state.scored.est_poses[:, :3, 3]
-    rows = finite_rows(est)
-    with suppress(ValueError):
-        scale = Similarity.fit(gt[rows], est[rows]).scale
-        for factor, unit in LENGTHS.items():
-            for side, ratio in ((EST, factor), (REF, 1 / factor)):
-                if abs(np.log(scale / ratio)) < 0.1:
-                    poses = state.estimate.poses.copy()
-                    poses[:, :3, 3] /= ratio
-                    yield _Remedy(
-                        "units",
-                        f"the positions of {files.name(side)} seem to be in {unit}, with an "
-                        f"estimate of {scale:.4g}x the reference",
-                        "write both in one unit, or --alignment similarity removes the scale",
-                        state.reference,
-                        state.estimate._replace(poses=poses),
-                    )
+    some = _sample(state.scored)
+    if len(some) < MIN_CAMERAS:
+        return
+    scale = _position_fit(state.scored.gt_poses[some], state.scored.est_poses[some]).scale
+    for factor, unit in LENGTHS.items():
+        for side, ratio in ((EST, factor), (REF, 1 / factor)):
+            if abs(np.log(scale / ratio)) < 0.1:
+                poses = state.estimate.poses.copy()
+                poses[:, :3, 3] /= ratio
+                yield _Remedy(
+                    "units",
+                    f"the positions of {files.name(side)} seem to be in {unit}, with an estimate "
+                    f"of {scale:.4g}x the reference",
+                    "write both in one unit, or --alignment similarity removes the scale",
+                    state.reference,
+                    state.estimate._replace(poses=poses),
+                )

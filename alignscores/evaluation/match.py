@@ -140,11 +140,13 @@ def check_scorable(
             f"the expected frames, and it takes {needed} ({options})"
         )
     if np.isnan(matches.unit):
-        n = len(matches.expected_rows)
+        n, what = len(matches.expected_rows), "poses"
+        if matches.n_rig_frames:
+            n, what = matches.n_rig_frames, "rig frames"
         reason = (
-            f"the reference has {n} of the 4 poses that it takes"
+            f"the reference has {n} of the 4 {what} that it takes"
             if n < 4
-            else "at least three quarters of the reference poses coincide with another one"
+            else f"at least three quarters of the reference {what} coincide with another one"
         )
         raise ValueError(f"d cannot be derived: {reason}; --unit sets it")
 
@@ -359,7 +361,7 @@ def _by_key(
     if kinds[0] != kinds[1]:
         raise ValueError(
             f"the reference has {KEY_KINDS[kinds[0]]}, the estimate {KEY_KINDS[kinds[1]]}: write "
-            "a column of the same kind into both (--columns names it)"
+            "tables with the same kind, such as 'timestamp x y z qx qy qz qw'"
         )
     rows = first_rows(est_keys, np.ones(len(est_keys), dtype=bool), "estimate")
     partners = _partners(ref_keys, est_keys[rows])
@@ -401,9 +403,10 @@ def _partners(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> Indices:
     ):
         if n != len(est_keys):
             raise ValueError(
-                f"the reference has {n} poses, the estimate {len(est_keys)}: without "
-                "stamps or names they correspond row by row, so their number must be the same "
-                "(write a row of nan for each frame that was lost)"
+                f"the reference has {n} poses, the estimate {len(est_keys)}, and both count them "
+                "from 0, so that pose i of both is the same frame: their number must be the same "
+                "(write the number of its frame before each pose, or a row of nan for each frame "
+                "that was lost)"
             )
         return np.arange(n)
     ref, est = ref_keys.tolist(), est_keys.tolist()

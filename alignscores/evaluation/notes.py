@@ -16,6 +16,7 @@ from .evaluation import Evaluation, Note
 from .hints import describe_rotation
 from .rigs import clumps
 from .settings import Settings
+from .time import is_near
 
 __all__ = [
     "collected_warnings",
@@ -63,7 +64,7 @@ def explain(
     kinds = [unmatched]
     if evaluation.matches.timed:
         kinds += [left_out_frames, duplicates, few_poses, ignored_time, chance]
-    kinds += [lever_arm, indistinguishable, body_rotation, alignments]
+    kinds += [frozen, lever_arm, indistinguishable, body_rotation, alignments]
     if check and not hints:  # which may explain it
         kinds.append(small_unit)
     notes = [note for kind in kinds if (note := kind(evaluation))] + list(hints)
@@ -142,6 +143,26 @@ def few_poses(evaluation: Evaluation) -> Note | None:
     n = evaluation.matches.n_poses
     text = f"only {n} of its poses are scored; few poses can fit by chance"
     return Note("few", text) if n < MIN_POSES else None
+
+
+def frozen(evaluation: Evaluation) -> Note | None:
+    """Note more than one percent of poses that stand still while the reference moves away.
+
+    Each is the same number by number as the one before. The reference has moved by more than d or
+    10 degrees since the first of them.
+    """
+    matches = evaluation.matches
+    poses, references = evaluation.estimate.poses[matches.pose_rows], matches.pose_references
+    repeated = (poses[1:] == poses[:-1]).all(axis=(1, 2))
+    rows = np.arange(len(poses))
+    first = np.maximum.accumulate(np.where(np.append(False, repeated), 0, rows))
+    moved = ~is_near(references, references[first], evaluation.result.tas.unit)
+    n, n_all = int(moved.sum()), len(poses)
+    text = (
+        f"{n} of {n_all} poses repeat an earlier one, from which the reference has moved by more "
+        "than d or 10 degrees: it seems to have lost track, and such poses count as wrong ones"
+    )
+    return Note("frozen", text) if n > n_all / 100 else None
 
 
 def ignored_time(evaluation: Evaluation) -> Note | None:
@@ -234,8 +255,15 @@ def _stretch(seconds: Floats, far: Booleans) -> str:
 
 
 def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
-    """Return the notes on a reference: time at its ends that no estimate covers."""
-    matches = [one.matches for one in evaluations if one.matches.timed]
+    """Return the notes on a reference: time at its ends that no estimate covers.
+
+    Stamps in a wrong unit say nothing of it.
+    """
+    matches = [
+        one.matches
+        for one in evaluations
+        if one.matches.timed and not any(note.kind == "units" for note in one.notes)
+    ]
     return ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
 
 
@@ -244,7 +272,7 @@ def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[
 
     Each estimate has the stamps of its expected frames, and whether it covers each.
     """
-    if not expected:
+    if not any(map(np.any, covered)):
         return []
     frames = np.concatenate(expected)
     with_pose = frames[np.concatenate(covered)]

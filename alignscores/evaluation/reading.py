@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -12,6 +13,9 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 from ..io import (
+    FAILURES,
+    FORMATS,
+    FileError,
     FilePath,
     Trajectory,
     TrajectoryWarning,
@@ -100,9 +104,7 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
     pose for more than one percent, since nothing is expected there.
     """
     if not isinstance(reference, Trajectory):
-        columns = settings.columns_of_reference
-        options = settings.form.options(settings.ref_topic, columns)
-        reference = _checked(settings.form.read(reference, **options), "reference")
+        reference = _checked(_read(reference, settings, "ref"), "reference")
         if has_constant_rotations(reference):
             warn("all rotations of the reference are the same, which count as none")
             reference = reference._replace(poses=without_rotations(reference.poses))
@@ -136,9 +138,7 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
     """Return an estimate, camera-to-world."""
     poses = estimate
     if not isinstance(poses, Trajectory):
-        columns = settings.columns_of_estimates
-        options = settings.est_form.options(settings.est_topic, columns)
-        poses = _checked(settings.est_form.read(poses, **options), "estimate")
+        poses = _checked(_read(poses, settings, "est"), "estimate")
     for option in ("invert", "lever_arm"):
         if getattr(settings, option) and not poses.has_rotations:
             raise ValueError(f"--{option} needs rotations, which the estimate lacks")
@@ -146,6 +146,35 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
         turned = finite_rows(poses.poses[:, :3, :3])
         poses = poses._replace(poses=np.where(turned[:, None, None], poses.poses, np.nan))
     return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
+
+
+def _read(path: FilePath, settings: Settings, side: str) -> Trajectory:
+    """Read a file; where its format does not fit, the error names the one that does."""
+    name = (side == "est" and settings.est_format) or settings.format
+    form = settings.form if side == "ref" else settings.est_form
+    own: str | None = getattr(settings, f"{side}_columns")
+    if own and not form.tables:
+        raise FileError(path, f"is no text table, whose columns --{side}_columns names")
+    ref_columns, est_columns = settings.columns_of_reference, settings.columns_of_estimates
+    columns = ref_columns if side == "ref" else est_columns
+    try:
+        return form.read(path, **form.options(getattr(settings, f"{side}_topic"), columns))
+    except FileError as error:
+        if (other := _other_format(path, columns)) in ("", name):
+            raise
+        reason = f"{error.reason}; its format seems to be {other}"
+        raise FileError(path, reason, place=error.place) from None
+
+
+def _other_format(path: FilePath, columns: str | None) -> str:
+    """Return the format by which a file can be read; an empty string if there is none."""
+    with suppress(*FAILURES), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if Path(path).exists() and not Path(path).is_fifo():
+            name = recognise(path, columns)
+            FORMATS[name].read(path)
+            return name
+    return ""
 
 
 def has_constant_rotations(trajectory: Trajectory) -> bool:

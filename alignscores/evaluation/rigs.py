@@ -34,11 +34,15 @@ def of_groups(reference: Any, groups: ArrayLike) -> dict[Any, int]:
 
 
 def of_model(reference: Any, settings: Settings) -> dict[Any, int]:
-    """Return the rig frames of the images of a COLMAP model; none of any other reference."""
+    """Return the rig frames of the images of a COLMAP model; none of any other reference.
+
+    In fewer than four, as of a dome of cameras that all look at once, each camera counts.
+    """
     is_file = settings.format == "colmap" and isinstance(reference, (str, PathLike))
-    if settings.rig_frames == "auto" and (is_file or is_model(reference)):
-        return dict(read_rig_frames(reference))
-    return {}
+    if settings.rig_frames != "auto" or not (is_file or is_model(reference)):
+        return {}
+    frames = read_rig_frames(reference)
+    return dict(frames) if len(set(frames.values())) >= 4 else {}
 
 
 def by_keys(frames: Mapping[Any, int], keys: NDArray[Any]) -> Indices | None:
@@ -83,6 +87,8 @@ def clumps(positions: Floats, d: float) -> tuple[int, float]:
     are 1, 1, 2, 2, ... steps away, and at random positions distances grow still more evenly.
     """
     k = min(MAX_CAMERAS, len(positions) // 4)  # d needs four rig frames
+    if k < 2:
+        return 0, 0.0
     distances = scipy.spatial.KDTree(positions).query(positions, k=k + 1)[0][:, 1:]
     far = np.mean(distances[:, 1:] > FAR * distances[:, :-1], axis=0)
     n = int(np.argmax(far)) + 1

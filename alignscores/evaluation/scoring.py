@@ -145,7 +145,8 @@ def score(
     """Read, match, score and explain one estimate; of several models the best one has the scores.
 
     With `check` the notes look for mistakes in both files, which takes most of the time. `ref_file`
-    is where the reference was read from; `functions` are metrics next to those in the settings.
+    is where the reference was read from; `rig_frames` are those of the reference's keys, if not
+    their names say them; `functions` are metrics next to those in the settings.
     """
     file = str(estimate) if isinstance(estimate, (str, PathLike)) else ""
     files = Files(
@@ -157,6 +158,7 @@ def score(
     with collected_warnings() as of_file:  # these name the file
         models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]
+    groups = by_keys(rig_frames, reference.keys)
     if len(models) == 1:
         (poses,) = models.values()
         return _score_one(
@@ -166,13 +168,14 @@ def score(
             name,
             files,
             notes,
-            rig_frames=rig_frames,
+            groups=groups,
             check=check,
             functions=functions,
         )
 
-    scored = _each_model(reference, models, settings, rig_frames)
-    of_models = poses_of_models(reference.with_rotations(), models, settings)
+    scored = _each_model(reference, models, settings, groups)
+    with collected_warnings():  # those of the best model are notes
+        of_models = poses_of_models(reference.with_rotations(), models, settings)
     rows = in_order(models, of_models, scored)
     best = rows[0].name
     text = f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
@@ -184,7 +187,7 @@ def score(
         name,
         files,
         notes,
-        rig_frames=rig_frames,
+        groups=groups,
         check=check,
         functions=functions,
         of_models=of_models,
@@ -196,7 +199,7 @@ def _each_model(
     reference: Trajectory,
     models: Mapping[str, Trajectory],
     settings: Settings,
-    rig_frames: Mapping[Any, int],
+    groups: Indices | None,
 ) -> dict[str, Evaluation]:
     """Score each model of a set by its name; those with too few images are left out."""
     if settings.missing == "ignore":
@@ -214,7 +217,7 @@ def _each_model(
                 name,
                 files,
                 [],
-                rig_frames=rig_frames,
+                groups=groups,
                 check=False,
             )
     if not scored:
@@ -234,7 +237,7 @@ def _score_one(
     files: Files,
     notes: list[Note],
     *,
-    rig_frames: Mapping[Any, int],
+    groups: Indices | None,
     check: bool,
     functions: Iterable[Metric | Callable[..., Any]] = (),
     of_models: ModelPoses | None = None,
@@ -243,29 +246,24 @@ def _score_one(
     has_rotations = reference.has_rotations and poses.has_rotations
     if reference.has_rotations and not has_rotations:
         notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
-    elif has_rotations and has_constant_rotations(poses):
-        note, poses = _constant(poses, settings)
-        notes.append(note)
+    constant, poses = _constant(poses, settings, has_rotations)
+    notes += constant
     reference, poses = reference.with_rotations(), poses.with_rotations()
-    main = "PAS" if has_rotations else "TAS"
-    groups = by_keys(rig_frames, reference.keys)
 
     def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
-        found = _compared(ref, est, tried, has_rotations, groups)
-        result, matches = found.result, found.matches
-        value = result.score if has_rotations else result.tas.score
-        return Scored(value, matches.pose_references, found.estimate.poses[matches.pose_rows])
+        return _compared(ref, est, tried, has_rotations, groups).scored
 
     with collected_warnings() as of_estimate:
         try:
             found = _compared(reference, poses, settings, has_rotations, groups)
         except ValueError as error:
             remedy = check and rescue(
-                reference, poses, settings, attempt, files, name=main, has_rotations=has_rotations
+                reference, poses, settings, attempt, files, has_rotations=has_rotations
             )
             raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
         half_distance = _half_distance(found.matches, settings)
-    notes += [Note("estimate", text) for text in of_estimate]
+    if not np.isnan(poses.poses).all():  # of a run that failed all else follows
+        notes += [Note("estimate", text) for text in of_estimate]
     matches, result = found.matches, found.result
     pairs = _every_pose(matches, found.estimate)
     metrics, without_value = _metrics(matches, pairs, settings, functions, of_models)
@@ -290,16 +288,13 @@ def _score_one(
     notes += _of_matching(found, settings)
     hints = []
     if check:
-        value = result.score if has_rotations else result.tas.score
-        scored = Scored(value, matches.pose_references, found.estimate.poses[matches.pose_rows])
         hints = look(
             reference,
             poses,
             settings,
-            scored,
+            found.scored,
             attempt,
             files,
-            name=main,
             has_rotations=has_rotations,
         )
     notes += explain(evaluation, hints, check=check)
@@ -307,19 +302,26 @@ def _score_one(
     return evaluation
 
 
-def _constant(estimate: Trajectory, settings: Settings) -> tuple[Note, Trajectory]:
-    """Return a note on rotations that are the same throughout, and the poses that count.
+def _constant(
+    estimate: Trajectory, settings: Settings, has_rotations: bool
+) -> tuple[list[Note], Trajectory]:
+    """Return notes on an estimate that does not move or rotate, and the poses that count.
 
     One pose throughout is none: the run has failed.
     """
-    positions = estimate.poses[finite_rows(estimate.poses), :3, 3]
-    if (positions == positions[0]).all():
+    if has_rotations and not has_constant_rotations(estimate):
+        return [], estimate
+    positions = estimate.poses[finite_rows(estimate.poses[:, :3, 3]), :3, 3]
+    if len(positions) > 1 and (positions == positions[0]).all():
         text = "it has one pose throughout: a run that failed, without a pose that counts"
-        return Note("constant", text), estimate._replace(poses=np.full_like(estimate.poses, np.nan))
+        nothing = np.full_like(estimate.poses, np.nan)
+        return [Note("constant", text)], estimate._replace(poses=nothing)
+    if not has_rotations:
+        return [], estimate
     text = "its rotations are all the same, and are scored as they are"
     timed = settings.est_form.tables and estimate.keys.dtype.kind == "f"
     remedy = "if it has none, --est_columns 't x y z' scores the positions" if timed else ""
-    return Note("constant", text, remedy), estimate
+    return [Note("constant", text, remedy)], estimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,6 +336,13 @@ class _Compared:
     chord: float  # error of straight lines between the poses of a sparse reference, in units of d
     lever_arm: LeverArm | None
     body_rotation: Floats | None
+
+    @property
+    def scored(self) -> Scored:
+        """The PAS, or the TAS without rotations, with every pose that has a reference."""
+        result, matches = self.result, self.matches
+        value = result.score if matches.has_rotations else result.tas.score
+        return Scored(value, matches.pose_references, self.estimate.poses[matches.pose_rows])
 
 
 def _compared(
@@ -388,8 +397,8 @@ def _offset(
             tried = replace(settings, t_offset=seconds)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                result = _compared(reference, estimate, tried, has_rotations, groups).result
-            scores.append(result.score if has_rotations else result.tas.score)
+                found = _compared(reference, estimate, tried, has_rotations, groups)
+            scores.append(found.scored.score)
         except ValueError:
             scores.append(-math.inf)
     least = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET

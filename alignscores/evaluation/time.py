@@ -15,6 +15,7 @@ __all__ = [
     "breaks",
     "chord_error",
     "covered_frames",
+    "is_near",
     "nearest_stamps",
     "poses_at",
     "reference_at",
@@ -87,17 +88,17 @@ def covered_frames(
     for pose in np.flatnonzero(np.diff(at_poses.keys) > 2 * reach):
         rows = slice(gaps[pose], gaps[pose + 1])
         inside = frames.poses[rows]
-        from_first = _is_near(inside, at_poses.poses[pose], unit)
-        from_second = _is_near(inside, at_poses.poses[pose + 1], unit)[::-1]
+        from_first = is_near(inside, at_poses.poses[pose], unit)
+        from_second = is_near(inside, at_poses.poses[pose + 1], unit)[::-1]
         covered[rows] |= np.logical_and.accumulate(from_first)
         covered[rows] |= np.logical_and.accumulate(from_second)[::-1]
     return nearest, covered
 
 
-def _is_near(poses: Floats, pose: Floats, unit: float) -> Booleans:
-    """Return which poses are within `unit` and `STILL_DEG` of one pose."""
-    near = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1) <= unit
-    turned = rotation_angles(pose[:3, :3].T @ poses[:, :3, :3])
+def is_near(poses: Floats, others: Floats, unit: float) -> Booleans:
+    """Return which poses are within `unit` and `STILL_DEG` of another pose, or of one each."""
+    near = np.linalg.norm(poses[:, :3, 3] - others[..., :3, 3], axis=1) <= unit
+    turned = rotation_angles(others[..., :3, :3].swapaxes(-1, -2) @ poses[:, :3, :3])
     return np.asarray(near & (turned <= STILL_DEG))
 
 

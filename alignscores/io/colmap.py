@@ -131,23 +131,23 @@ def read_rig_frames(path: Any) -> dict[str, int]:
     {}
     """
     if is_model(path):
-        frames = {
-            image.name: getattr(image, "frame_id", image.image_id) for image in _registered(path)
-        }
+        registered = _registered(path)
+        frames = {image.name: getattr(image, "frame_id", image.image_id) for image in registered}
         return frames if len(set(frames.values())) < len(frames) else {}
-    file = Path(path)
-    if file.is_dir():
-        models = [file] if any(file.glob("images.*")) else _folders_of_models(file)
-        file = _file_of_images(models[0]) if len(models) == 1 else file
+    folder = Path(path)
+    if folder.is_file():
+        folder = folder.parent if folder.stem == "images" else folder
+    elif not _file_of_images(folder).exists() and len(models := _folders_of_models(folder)) == 1:
+        folder = models[0]
+    file = _file_of_images(folder)
     frames_file, rigs = (file.with_name(f"{stem}{file.suffix}") for stem in ("frames", "rigs"))
-    if file.stem != "images" or not (frames_file.exists() and rigs.exists()):
+    if not (file.exists() and frames_file.exists() and rigs.exists()):
         return {}
-    binary = file.suffix == ".bin"
-    frame_of = (_frames_of_binary if binary else _frames_of_text)(frames_file)
+    read = _frames_of_binary if file.suffix == ".bin" else _frames_of_text
+    frame_of = read(frames_file)
     if max(Counter(frame_of.values()).values(), default=0) < 2:
         return {}
-    images = (_images_of_binary if binary else _images_of_text)(file)
-    return {name: frame_of[number] for name, _, number in images if number in frame_of}
+    return {name: frame_of[number] for name, _, number in _images(folder) if number in frame_of}
 
 
 def is_model(model: object) -> bool:
@@ -169,7 +169,7 @@ def _read(path: Path) -> Trajectory:
     """Read a model from its folder or its images.bin or images.txt, or a table of hloc."""
     if path.is_file():
         return _read_file(path)
-    if (path / "images.bin").exists() or (path / "images.txt").exists():
+    if _file_of_images(path).exists():
         return _trajectory(path, _images(path))
     if models := _folders_of_models(path):
         if len(models) == 1:
@@ -185,16 +185,16 @@ def _folders_of_models(folder: Path) -> list[Path]:
     return sorted(models, key=lambda model: (len(model.name), model.name))
 
 
+def _file_of_images(folder: Path) -> Path:
+    """Return the file with the images of a model: the binary one, if there is one."""
+    binary = folder / "images.bin"
+    return binary if binary.exists() else folder / "images.txt"
+
+
 def _images(model: Path) -> Images:
     """Return the registered images of the model in a folder."""
     file = _file_of_images(model)
     return _images_of_binary(file) if file.suffix == ".bin" else _images_of_text(file)
-
-
-def _file_of_images(model: Path) -> Path:
-    """Return the file of images of a model; COLMAP reads the binary one if there are both."""
-    binary = model / "images.bin"
-    return binary if binary.exists() else model / "images.txt"
 
 
 def _read_file(path: Path) -> Trajectory:

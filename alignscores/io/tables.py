@@ -125,13 +125,13 @@ def open_table(path: FilePath) -> Table:
     for number, line in enumerate(re.split("\r\n|\r|\n", read_head(path)), 1):
         row = _row(line)
         if row and any(map(is_number, re.split(r'[\s,;"]+', line))):
-            return _table(path, above, number, line, row)
+            return _table(path, above, number, row)
         above.append(line.strip())
     raise FileError(path, "has no line of numbers")
 
 
-def _table(path: FilePath, above: list[str], number: int, line: str, row: str) -> Table:
-    separator = ";" if ";" in line.partition("#")[0] else "," if "," in row else None
+def _table(path: FilePath, above: list[str], number: int, row: str) -> Table:
+    separator = next((mark for mark in ";," if mark in row), None)
     first = _split(row, separator)
     if separator is None and not is_number(first[0]):
         after = first[::-1]
@@ -144,17 +144,16 @@ def _table(path: FilePath, above: list[str], number: int, line: str, row: str) -
 
 def _split(row: str, separator: str | None) -> list[str]:
     """Return the fields of a row without the quotes around them."""
-    fields = [text.strip() for text in row.split("," if separator else None)]
+    row = row.replace(",", ".") if separator == ";" else row  # decimal commas
+    fields = [text.strip() for text in row.split(separator)]
     if '"' not in row:
         return fields
     return [text[1:-1] if re.fullmatch('".*"', text) else text for text in fields]
 
 
 def _row(line: str) -> str:
-    """Return a line with commas for semicolons; a blank line or a comment is empty."""
+    """Return a line without its comment and with plain NaN; empty if nothing is left."""
     if ".#" in line:
         line = MICROSOFT.sub(lambda one: f"{one[1]}inf" if one[2] in "INFinf" else "nan", line)
     text = line.partition("#")[0].strip()
-    if ";" in text:
-        text = text.replace(",", ".").replace(";", ",")  # decimal commas
     return "" if text.startswith(COMMENTS) else text

@@ -21,7 +21,7 @@ MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that count
 MAX_DEVIATION = 0.1  # deviation beyond which a quaternion or a matrix is refused
 MAX_DUPLICATES = 0.1  # share of the poses from which duplicates are refused
 MIN_RUN = 10  # poses of a run; where stamps jump back more often, the rows are not in order
-BLOCK = 1 << 16  # rows that are converted at once, to save memory
+BLOCK = 1 << 14  # rows that are converted at once, which the cache of a processor holds
 
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # in a second
 MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
@@ -105,7 +105,7 @@ class Trajectory(NamedTuple):
 def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
     """Return a trajectory; refuse it if a tenth of its poses have the key of another one."""
     if keys.dtype.kind == "f":
-        if (np.diff(keys) > 0).all():
+        if (keys[1:] > keys[:-1]).all():
             return Trajectory(keys, poses)
         _refuse_several_runs(keys, source)
     present = np.flatnonzero(finite_rows(poses[:, :3, 3]))
@@ -163,20 +163,21 @@ def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Sourc
 
     Quaternions of zeros are no rotations. If others are, the pose was not estimated.
     """
-    poses = poses_from_positions(positions)
-    lengths = np.empty(len(poses))
-    for rows in _blocks(len(poses)):
+    n = len(positions)
+    poses, lengths = np.empty((n, 4, 4)), np.empty(n)
+    poses[:, 3] = [0, 0, 0, 1]
+    for rows in _blocks(n):
         block = quaternions[rows]
         with np.errstate(over="ignore"):
-            lengths[rows] = np.linalg.norm(block, axis=1)
-        if not np.isfinite(lengths[rows]).all():
-            lengths[rows][~finite_rows(block)] = np.nan  # a camera that was not estimated
+            length = np.linalg.norm(block, axis=1)
+        if not np.isfinite(length).all():
+            length[~finite_rows(block)] = np.nan  # a camera that was not estimated
+        lengths[rows] = length
+        unit = block / np.where(length == 0, np.nan, length)[:, None]
+        poses[rows, :3, :3] = rotations_from_quaternions(unit)
+        poses[rows, :3, 3] = positions[rows]
     zero = lengths == 0
     _check_quaternions(lengths, zero, source)
-    lengths[zero] = np.nan
-    for rows in _blocks(len(poses)):
-        unit = quaternions[rows] / lengths[rows, None]
-        poses[rows, :3, :3] = rotations_from_quaternions(unit)
     if zero.all():
         warn(source.path, "all quaternions are zero, which are no rotations")
     elif zero.any():
@@ -252,9 +253,9 @@ def time_unit(stamps: Floats) -> str:
     Of stamps since the start of a recording, milliseconds and microseconds cannot be told from
     seconds.
     """
-    size = float(np.median(np.abs(stamps)))
-    steps = np.diff(stamps)
-    steps = steps if (steps > 0).all() else np.diff(np.unique(stamps))
+    in_order = bool((stamps[1:] > stamps[:-1]).all())
+    size = abs(float(stamps[len(stamps) // 2])) if in_order else float(np.median(np.abs(stamps)))
+    steps = np.diff(stamps if in_order else np.unique(stamps))
     if size < MAX_ELAPSED and len(steps) > 0 and np.median(steps) >= NANOSECOND_STEP:
         return "ns"
     units = (unit for unit, factor in TIME_UNITS.items() if size < MAX_SECONDS * factor)

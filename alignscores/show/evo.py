@@ -18,7 +18,7 @@ from ..similarity import Similarity
 from ..texts import printable
 from ..validation import finite_rows
 
-__all__ = ["evo_result"]
+__all__ = ["POSE_RELATIONS", "evo_result"]
 
 POSE_RELATIONS = {  # values of evo's -r
     "trans_part": "translation_part",

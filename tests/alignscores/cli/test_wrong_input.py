@@ -98,7 +98,7 @@ CASES = {  # "format file what": its edit, the message
     ),
     "tum estimate is kitti": (
         always("1 0 0 0 0 1 0 0 0 0 1 0"),
-        "write a column of the same kind into both",
+        "write tables with the same kind",
     ),
     "kitti estimate is tum": (always("0 1 2 3 0 0 0 1"), "has time stamps, .* give tum instead"),
     "tum estimate a word": (field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
@@ -112,7 +112,7 @@ CASES = {  # "format file what": its edit, the message
     ),
     "kitti estimate a line less": (
         lambda lines: lines[:-1],
-        r"bad: the reference has 40 poses, the estimate 39: .* \(write a row of nan for each frame",
+        r"bad: the reference has 40 poses, the estimate 39, .* or a row of nan for each frame",
     ),
     "tum estimate stamp nan": (field(4, 0, "nan"), "bad, line 4: the time stamp is not finite"),
     "kitti estimate scaled": (

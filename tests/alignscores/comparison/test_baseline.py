@@ -58,14 +58,29 @@ def test_five_real_runs_that_are_all_worse_fail(real, run_compare, tmp_path):
     assert compared("vislam_ba", range(5, 10), *gate)[0] == 0
 
 
-def test_one_run_says_that_it_cannot_fail(gate, worsen):
-    code, out, _ = gate(worsen(1), runs=1)
-    assert code == 0
+def test_a_gate_that_cannot_fail_is_an_error(gate, worsen):
+    code, out, err = gate(worsen(1), runs=1)
+    error = "no system can be worse at a level of 0.01: too few runs"
+    assert (code, err) == (1, f"alignscores: error: {error}\n")
     reason = "worse cannot be significant at 0.01 with 1 against 1 runs (too few to test)"
-    assert f"\ndso: {reason}\norb: {reason}\n" in out
+    more = "; more runs are needed, or a higher level"
+    assert f"\ndso: {reason}{more}\norb: {reason}{more}\n" in out
+    assert gate(worsen(1), runs=1, fail_on="")[0] == 0
     code, out, _ = gate(worsen(3), runs=3, fail_on="worse:0.001")  # 1 / 20 ** 2 is the least
-    assert code == 0
-    assert "orb: worse cannot be significant at 0.001 with 3 against 3 runs (p is at least" in out
+    assert code == 1
+    least = "with 3 against 3 runs (p is at least 0.0025)"
+    assert f"orb: worse cannot be significant at 0.001 {least}" in out
+
+
+def test_who_cannot_fail_is_named_where_others_can(tmp_path, run_compare):
+    lines = [f"orb,{k},{0.8 + 0.01 * k}" for k in range(5)] + ["dso,0,0.5"]
+    (tmp_path / "saved.csv").write_text("\n".join(["system,run,PAS", *lines]))
+    worse = [line.replace("0.8", "0.3") for line in lines]
+    (tmp_path / "now.csv").write_text("\n".join(["system,run,PAS", *worse]))
+    code, out, err = run_compare("now.csv", "--baseline", "saved.csv", "--fail_on", "worse")
+    assert code == 3
+    assert "orb: PAS 0.8200 to 0.3200, worse (p = 0.004)" in err
+    assert "dso: worse cannot be significant at 0.01 with 1 against 1 runs (too few" in out
 
 
 @pytest.mark.parametrize(

@@ -73,3 +73,21 @@ def test_a_number_that_is_none_is_computed_again(files, run):
             stored["row"] |= entry
             path.write_text(json.dumps(stored))
         assert run(*FILES, "--json", "--cache", "cache") == expected
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "value"),
+    [
+        ("row", "TAS", "0.5"),
+        ("row", "status", "x"),
+        ("errors", "time", "0"),
+        ("errors", "covered", [1]),
+    ],
+)
+def test_what_a_damaged_file_holds_is_computed_again(files, run, part, key, value):
+    computed = run(*FILES, "--json", "--cache", "cache")
+    for path in (files / "cache").iterdir():
+        stored = json.loads(path.read_text())
+        stored[part][key] = value
+        path.write_text(json.dumps(stored))
+    assert run(*FILES, "--json", "--cache", "cache") == computed

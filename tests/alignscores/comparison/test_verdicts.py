@@ -106,10 +106,10 @@ def test_what_holds_on_these_sequences_may_not_hold_on_others():
 
 def test_failures_lose():
     """Also where a system that fails has the better runs otherwise."""
-    text = said({"a": on(1, [*GOOD[:2], *[None] * 8]), "b": on(1, BAD)})
-    assert text.startswith("b is ahead of a: it wins 80 % of the run pairs on 1 sequence (p = ")
-    of_errors = said({"a": on(1, [*BAD[:2], *[None] * 8]), "b": on(1, GOOD)}, "half_distance")
-    assert of_errors.startswith("b is ahead of a: it wins 80 %")
+    text = said({"a": on(1, [GOOD[0], *[None] * 9]), "b": on(1, BAD)})
+    assert text.startswith("b is ahead of a: it wins 90 % of the run pairs on 1 sequence (p = ")
+    of_errors = said({"a": on(1, [BAD[0], *[None] * 9]), "b": on(1, GOOD)}, "half_distance")
+    assert of_errors.startswith("b is ahead of a: it wins 90 %")
     assert "mean" not in of_errors  # it is infinite
 
 
@@ -282,6 +282,28 @@ def test_latex_has_the_best_in_bold_and_ties_marked(run, tmp_path):
     assert re.fullmatch(r"a\\_1 & 0\.\d{3} \$\\pm\$ 0\.\d{3}\$\^\{=\}\$ \\\\", a)
     assert re.fullmatch(r"b & \\textbf\{0\.\d{3}\} \$\\pm\$ 0\.\d{3} \\\\", b)
     assert re.fullmatch(r"c & 0\.\d{3} \$\\pm\$ 0\.\d{3} \\\\", c)
+
+
+def test_latex_has_three_digits_marks_failures_and_all_sequences(run, tmp_path):
+    near = [0.0123, 0.0121, 0.0125, 0.0124, 0.0122]
+    systems = {
+        "a": {"s": near, "t": near},
+        "b": {"s": [10 * x for x in near[:4]] + [None], "t": near},
+        "c": {"s": [2 * x for x in near]},
+    }
+    table(systems, "half_distance").to_csv(tmp_path / "runs.csv", index=False)
+    lines = run("runs.csv", "--by", "half_distance", "--latex")[1].splitlines()
+    assert lines[2] == r"system & half & half\_distance (all) \\"
+    a, b, c = sorted(lines[4:7])
+    assert a == r"a & \textbf{0.0123} $\pm$ 0.0002 & 0.0123 \\"
+    assert re.fullmatch(r"b & 0\.1232\$\^\{\\dagger\}\$ & -- \\\\", b)
+    assert c == r"c & 0.0246 $\pm$ 0.0003 & 0.0246 \\"
+    assert "% c has no run on 1 of 2 sequences (t)." in lines
+    scores = {"a": {"s": [1.0] * 5}, "b": {"s": [1.0, 1.0, 0.9787, 1.0, 1.0]}}
+    table(scores, "RAS").to_csv(tmp_path / "runs.csv", index=False)
+    lines = run("runs.csv", "--by", "RAS", "--latex")[1].splitlines()
+    assert r"\textbf{1.000}" in lines[4]
+    assert "0.996" in lines[5]
 
 
 def test_why_scores_are_low_is_told_with_verbose(benchmark_of, run):

@@ -121,3 +121,27 @@ def test_a_constant_speed_without_noise_fits_at_any_offset(rate, digits):
     reference, estimate = (Trajectory(stamps, poses) for poses in files)
     assert offset(reference, estimate, unit=0.05)[0] == 0
     assert not [n for n in evaluate(reference, estimate, unit=0.05).notes if n.kind == "clock"]
+
+
+def test_outliers_leave_an_offset_certain():
+    truth = walk()
+    estimate = disturbed(truth, 0.4)
+    rng = np.random.default_rng(2)
+    wrong = rng.random(len(TIMES)) < 0.2
+    estimate.poses[wrong, :3, :3] = Rotation.random(int(wrong.sum()), rng=rng).as_matrix()
+    added, _ = offset(truth, estimate)
+    assert added == pytest.approx(-0.4, abs=0.01)
+
+
+def test_speeds_show_what_rotations_leave_open():
+    """A car on a straight road, whose rotations are noise."""
+    truth = walk()
+    straight = truth.poses.copy()
+    straight[:, :3, :3] = np.eye(3)
+    straight[:, 0, 3] = np.cumsum(2 + np.sin(TIMES) + 0.5 * np.sin(2.7 * TIMES))
+    truth = Trajectory(TIMES, disturbed(Trajectory(TIMES, straight), 0).poses)
+    noisy = disturbed(Trajectory(TIMES, straight), 3.2)
+    turns = Rotation.from_rotvec(np.random.default_rng(3).normal(0, 0.03, (len(TIMES), 3)))
+    noisy.poses[:, :3, :3] = turns.as_matrix()
+    added, _ = offset(truth, noisy)
+    assert added == pytest.approx(-3.2, abs=0.02)

@@ -234,3 +234,50 @@ def test_a_frame_in_words(rotation, words):
     text = found(gt, in_frame(gt, rotation))["frame"]
     frames = "the camera frame of the estimate is rotated against that of the reference, "
     assert text.startswith(f"{frames}{words} (PAS")
+
+
+def test_two_files_with_inverse_poses_are_named_where_a_camera_frame_explains_them_too():
+    """Of vggt#229: coordinate frames that differ by a rotation, with the same origin."""
+    rng = np.random.default_rng(11)
+    gt = reference("wandering", 80, rng)
+    est = gt.copy()
+    est[:, :3] = Rotation.from_rotvec([0.2, 0.3, -0.6]).as_matrix() @ gt[:, :3]
+    inverted = inverse_poses(gt), inverse_poses(est)
+    (note,) = [str(note) for note in evaluate(*inverted).notes if note.kind == "frame"]
+    assert note.endswith("if both files are world-to-camera, --ref_invert --est_invert instead")
+    assert evaluate(*inverted, ref_invert=True, est_invert=True).pas == 1
+    imu = [str(note) for note in evaluate(gt, in_frame(est, IMU)).notes if note.kind == "frame"]
+    assert imu[0].endswith("--body_rotation auto removes it")
+
+
+def test_two_files_with_inverse_poses_are_found_by_their_positions():
+    """Where their coordinate frames differ by origin and scale, their rotations agree as well."""
+    rng = np.random.default_rng(12)
+    gt = reference("wandering", 120, rng)
+    gt[:, :3, 3] = 0.1 * gt[:, :3, 3] + [3.0, 1.0, 0.0]
+    est = gt.copy()
+    est[:, :3, 3] = 0.5 * gt[:, :3, 3] + [2.0, -1.0, 3.0] + rng.normal(0, 0.01, (120, 3))
+    est[:, :3, :3] = (
+        Rotation.from_rotvec(rng.normal(0, 0.02, (120, 3))).as_matrix() @ est[:, :3, :3]
+    )
+    assert found(gt, est) == {}
+    notes = found(inverse_poses(gt), inverse_poses(est))
+    assert notes["inverted"].startswith("the poses of both the reference and the estimate seem")
+    far = gt.copy(), est.copy()
+    for poses in far:
+        poses[:, :3, 3] += [500.0, 0.0, 0.0]
+    far[1][:, :3, 3] += rng.normal(0, 0.5, (120, 3))  # wrong positions, far from the origin
+    assert found(*far) == {}
+
+
+def test_mirrored_poses_on_a_plane_are_told_from_another_camera_frame():
+    """Both raise the score; the mirrored reference more."""
+    rng = np.random.default_rng(13)
+    gt = reference("vehicle", 120, rng)
+    gt[:, 2, 3] = 0.02 * rng.normal(size=120)
+    gt[:, :3, :3] = gt[:, :3, :3] @ Rotation.from_rotvec(rng.normal(0, 0.15, (120, 3))).as_matrix()
+    est = estimate(gt, rng)
+    mirror = np.diag([1.0, 1.0, -1.0])
+    est[:, :3, 3] = est[:, :3, 3] @ mirror
+    est[:, :3, :3] = mirror @ est[:, :3, :3] @ mirror
+    assert found(gt, est).keys() == {"mirrored"}

@@ -244,7 +244,9 @@ def test_splitting_does_not_raise_the_tas(kind, seed):
         str(number): Trajectory(names[rows], moved(est[rows], rng))
         for number, rows in enumerate(cut(n, rng))
     }
-    assert evaluate(reference, models).tas <= whole.tas + 0.002
+    found = evaluate(reference, models)
+    assert found.tas <= whole.tas + 0.002
+    assert found.ras <= whole.ras + 0.06  # its average is no maximum
     of_three = {
         str(row): Trajectory(names[row : row + 3], moved(est[row : row + 3], rng))
         for row in range(0, n - 3, 3)
@@ -283,3 +285,11 @@ def test_compare_takes_folders_of_models(run, example, tmp_path):
     assert code == 0, err
     scores = {one["system"]: one["PAS"] for one in json.loads(out)["runs"]}
     assert scores["whole"] > scores["split"] + 0.2
+
+
+def test_names_that_are_matched_by_their_ending(example):
+    """A note says so, once; no warning escapes."""
+    moved = example[1]._replace(keys=np.array([f"images/{name}" for name in example[1].keys]))
+    found = evaluate(example[0], parts_of(moved, range(20), range(20, 37)), metrics=METRICS)
+    assert sum("matched by the end of their path" in str(note) for note in found.notes) == 1
+    assert found.models[0].images == 20

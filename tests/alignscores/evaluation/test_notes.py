@@ -1,6 +1,7 @@
 """What is noted: poses left out, gaps, scores that chance explains, mix-ups of convention."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -227,3 +228,16 @@ def test_why_a_score_is_low():
     (note,) = low(Trajectory(TRUTH.keys, poses))
     assert "30% of the frames further off than d (most of them between 1" in note
     assert note.endswith("of the rotations off by more than 10 degrees")
+
+
+def test_poses_that_repeat_while_the_reference_moves_away():
+    """ORB_SLAM3#619: the last pose again and again, for five seconds in which track is lost."""
+    frozen, gap = TRUTH.poses.copy(), without(lambda times: (times > 10) & (times < 15))
+    frozen[101:150] = frozen[100]
+    found = evaluate(TRUTH, Trajectory(TRUTH.keys, frozen))
+    (note,) = [str(note) for note in found.notes if note.kind == "frozen"]
+    assert re.match(r"4\d of 400 poses repeat an earlier one, from which the reference has", note)
+    assert found.pas <= evaluate(TRUTH, gap).pas
+    still = TRUTH.poses.copy()
+    still[100:150] = still[100]  # of both
+    assert notes(Trajectory(TRUTH.keys, still), Trajectory(TRUTH.keys, still)) == []

@@ -162,6 +162,24 @@ def test_a_model_whose_frames_have_one_image_each_has_no_rig(tmp_path):
     assert read_rig_frames(tmp_path) == read_rig_frames(model) == {}
 
 
+def test_the_cameras_of_a_dome_are_not_one_camera():
+    """They all look at once: there is one rig frame."""
+    pycolmap = pytest.importorskip("pycolmap")
+    options = pycolmap.SyntheticDatasetOptions()
+    options.num_rigs, options.num_cameras_per_rig, options.num_frames_per_rig = 1, 12, 1
+    options.num_points3D, options.sensor_from_rig_translation_stddev = 20, 1.0
+    model = pycolmap.synthesize_dataset(options)
+    evaluation = evaluate(model, model)
+    assert len(set(read_rig_frames(model).values())) == 1
+    assert evaluation.matches.unit == closest_pair_quartile(evaluation.reference.positions)
+
+
+def test_too_few_rig_frames_are_one_sentence():
+    _, truth, estimate = rig(flat, 4, 0.05)
+    with pytest.raises(ValueError, match="the reference has 2 of the 4 rig frames that it takes"):
+        evaluate(truth, estimate, groups=np.arange(160) % 2)
+
+
 @pytest.mark.parametrize("form", ["text", "binary"])
 def test_damaged_frames_are_one_sentence(form, tmp_path):
     pycolmap = pytest.importorskip("pycolmap")

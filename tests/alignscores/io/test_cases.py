@@ -215,6 +215,8 @@ def test_tables_of_image_names_are_read(write):
         same_poses(trajectory)
     path = write(named(w_first, POSITIONS))
     same_poses(read_names(path, columns="name qw qx qy qz x y z"))
+    path = write(named(POSITIONS, QUATERNIONS).replace("017.jpg", "01;7,a.jpg"))
+    assert "my photos/01;7,a.jpg" in read_names(path).keys
 
 
 def test_two_rows_that_a_lost_line_break_joins_are_refused(write):
