@@ -143,12 +143,14 @@ def check_scorable(
         n, what = len(matches.expected_rows), "poses"
         if matches.n_rig_frames:
             n, what = matches.n_rig_frames, "rig frames"
-        reason = (
-            f"the reference has {n} of the 4 {what} that it takes"
-            if n < 4
-            else f"at least three quarters of the reference {what} coincide with another one"
-        )
-        raise ValueError(f"d cannot be derived: {reason}; --unit sets it")
+        remedy = "--unit sets it"
+        if n < 4:
+            reason = f"the reference has {n} of the 4 {what} that it takes"
+        else:
+            reason = f"at least three quarters of the reference {what} coincide with another one"
+            if matches.keys.dtype.kind == "U" and what == "poses":
+                remedy += ", or --rig_frames says which are cameras of one rig"
+        raise ValueError(f"d cannot be derived: {reason}; {remedy}")
 
 
 def with_stamps_of_sparse(
