@@ -361,7 +361,6 @@ def look(
     for find, least in (
         (_units_of_time, CLEAR_OF_TIME),
         (_clocks, CLEAR_OF_TIME),
-        (_mirrored, CLEAR),
         (_conventions, CLEAR),
         (_increments, CLEAR),
         (_units_of_length, CLEAR),
@@ -530,13 +529,12 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
 
 
 def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the convention of either file, with what corrects it."""
-    if not state.scored or not state.has_rotations:
+    """Yield the convention of either file, with what corrects it, and mirrored axes."""
+    if not state.scored:
         return
-    reference, estimate = state.reference, state.estimate
-    found = find_convention(state.scored.gt_poses, state.scored.est_poses)
-    if not found.kind and found.body_rotation is None:
-        return
+    found = Convention()
+    if state.has_rotations:
+        found = find_convention(state.scored.gt_poses, state.scored.est_poses)
     frame = ""
     if found.body_rotation is not None:
         frame = (
@@ -546,12 +544,13 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     changes = {"body_rotation": "auto"} if frame else {}
     if found.kind:
         yield _of_convention(state, files, found, frame, changes)
-    else:
+    elif frame:
         option = "--body_rotation auto removes it"
         if _may_both_be_inverted(state.scored, found.body_rotation):
             option += "; if both files are world-to-camera, --ref_invert --est_invert instead"
-        yield _Remedy("frame", frame, option, reference, estimate, changes)
-    yield from _mirrors(state, files)  # on a plane, other camera axes have the same effect
+        yield _Remedy("frame", frame, option, state.reference, state.estimate, changes)
+    if found.kind or frame or _fits_mirrored(state.scored, state.settings):
+        yield from _mirrors(state, files)  # on a plane, both have much the same effect
 
 
 def _may_both_be_inverted(scored: Scored, body_rotation: Floats | None) -> bool:
@@ -606,19 +605,15 @@ def _sample(scored: Scored) -> Indices:
     return np.asarray(rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)])
 
 
-def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield mirrored axes, if the positions then fit better."""
-    if not state.scored:
-        return
-    some = _sample(state.scored)
+def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
+    """Return whether mirrored positions fit better, or that depends on the mirror."""
+    some = _sample(scored)
     if len(some) < MIN_CAMERAS:
-        return
-    gt, est = state.scored.gt_poses[some], state.scored.est_poses[some]
-    flip = np.eye(4)
-    flip[2, 2] = -1
-    fixed = state.settings.alignment in ("yaw", "none")  # under which other mirrors differ
-    if fixed or _position_fit(gt, flip @ est).misfit < _position_fit(gt, est).misfit:
-        yield from _mirrors(state, files)
+        return False
+    gt, est = scored.gt_poses[some], scored.est_poses[some]
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    fixed = settings.alignment in ("yaw", "none")
+    return fixed or _position_fit(gt, flip @ est).misfit < _position_fit(gt, est).misfit
 
 
 def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
