@@ -50,11 +50,15 @@ def collected_warnings() -> Iterator[list[str]]:
         try:
             yield notes
         finally:
-            own = [str(one.message) for one in caught if issubclass(one.category, OWN)]
-            notes += dict.fromkeys(map(printable, own))
-    for one in caught:
-        if not issubclass(one.category, OWN):
-            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+            texts = [
+                str(warning.message) for warning in caught if issubclass(warning.category, OWN)
+            ]
+            notes += dict.fromkeys(map(printable, texts))
+    for warning in caught:
+        if not issubclass(warning.category, OWN):
+            warnings.warn_explicit(
+                warning.message, warning.category, warning.filename, warning.lineno
+            )
 
 
 def explain(
@@ -185,8 +189,8 @@ def chance(evaluation: Evaluation) -> Note | None:
 def indistinguishable(evaluation: Evaluation) -> Note | None:
     """Note the scores that the errors of the reference alone would explain."""
     perfect, settings = evaluation.perfect or {}, evaluation.settings
-    own = {"TAS": evaluation.tas, "RAS": evaluation.ras, "PAS": evaluation.pas}
-    means = {name: mean for name, (mean, lowest) in perfect.items() if own[name] >= lowest}
+    scores = {"TAS": evaluation.tas, "RAS": evaluation.ras, "PAS": evaluation.pas}
+    means = {name: mean for name, (mean, lowest) in perfect.items() if scores[name] >= lowest}
     if not means or not isinstance(settings.reference_sigma, tuple):
         return None
     sigma, sigma_deg = settings.reference_sigma
@@ -260,11 +264,14 @@ def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
     Stamps in a wrong unit say nothing of it.
     """
     matches = [
-        one.matches
-        for one in evaluations
-        if one.matches.timed and not any(note.kind == "units" for note in one.notes)
+        evaluation.matches
+        for evaluation in evaluations
+        if evaluation.matches.timed and not any(note.kind == "units" for note in evaluation.notes)
     ]
-    return ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
+    return ends_notes(
+        [evaluation.keys for evaluation in matches],
+        [evaluation.est_rows >= 0 for evaluation in matches],
+    )
 
 
 def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[Note]:

@@ -102,9 +102,9 @@ def evaluate(
     """
     asked = changes.get("metrics", ())
     several = isinstance(asked, (list, tuple))
-    functions = [one for one in asked if not isinstance(one, str)] if several else []
+    functions = [entry for entry in asked if not isinstance(entry, str)] if several else []
     if functions:
-        changes["metrics"] = [one for one in asked if isinstance(one, str)]
+        changes["metrics"] = [entry for entry in asked if isinstance(entry, str)]
     settings = changed(settings or Settings(), changes)
     ref_times, est_times = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
     given = reference
@@ -255,24 +255,24 @@ def _score_one(
 
     with collected_warnings() as of_estimate:
         try:
-            found = _compared(reference, poses, settings, has_rotations, groups)
+            compared = _compared(reference, poses, settings, has_rotations, groups)
         except ValueError as error:
             remedy = check and rescue(
                 reference, poses, settings, attempt, files, has_rotations=has_rotations
             )
             raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
-        half_distance = _half_distance(found.matches, settings)
+        half_distance = _half_distance(compared.matches, settings)
     if not np.isnan(poses.poses).all():  # of a run that failed all else follows
         notes += [Note("estimate", text) for text in of_estimate]
-    matches, result = found.matches, found.result
-    pairs = _every_pose(matches, found.estimate)
+    matches, result = compared.matches, compared.result
+    pairs = _every_pose(matches, compared.estimate)
     metrics, without_value = _metrics(matches, pairs, settings, functions, of_models)
     evaluation = Evaluation(
         name=name,
         file=files.est_path,
         settings=settings,
         reference=reference,
-        estimate=found.estimate,
+        estimate=compared.estimate,
         read=poses,
         matches=matches,
         result=result,
@@ -280,19 +280,19 @@ def _score_one(
         half_distance=half_distance,
         ate=_ate(pairs, settings),
         metrics=metrics,
-        t_offset=found.t_offset,
-        body_rotation=found.body_rotation,
-        lever_arm=found.lever_arm,
+        t_offset=compared.t_offset,
+        body_rotation=compared.body_rotation,
+        lever_arm=compared.lever_arm,
         notes=notes,
     )
-    notes += _of_matching(found, settings)
+    notes += _of_matching(compared, settings)
     hints = []
     if check:
         hints = look(
             reference,
             poses,
             settings,
-            found.scored,
+            compared.scored,
             attempt,
             files,
             has_rotations=has_rotations,
@@ -401,8 +401,8 @@ def _offset(
             scores.append(found.scored.score)
         except ValueError:
             scores.append(-math.inf)
-    least = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
-    return clock.seconds if scores[1] > scores[0] + least else 0.0
+    bound = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
+    return clock.seconds if scores[1] > scores[0] + bound else 0.0
 
 
 def _rival(clock: Clock | None) -> str:
@@ -415,11 +415,11 @@ def _rival(clock: Clock | None) -> str:
     return f": the best are {best} and {clock.runner_up:.3f} s"
 
 
-def _of_matching(found: _Compared, settings: Settings) -> list[Note]:
+def _of_matching(compared: _Compared, settings: Settings) -> list[Note]:
     """Return notes on the clock that was looked for, and on a reference that is too sparse."""
     notes = []
-    if settings.t_offset == "auto" and found.matches.timed:
-        clock, seconds = found.clock, found.t_offset
+    if settings.t_offset == "auto" and compared.matches.timed:
+        clock, seconds = compared.clock, compared.t_offset
         if seconds and clock:
             text = f"time offset of {seconds:.4f} s (standard error {clock.error:.4f} s) added"
         elif clock and clock.certain:
@@ -427,15 +427,15 @@ def _of_matching(found: _Compared, settings: Settings) -> list[Note]:
         else:
             text = f"no time offset added: none is certain{_rival(clock)}"
         notes.append(Note("clock", text))
-    if found.chord:
+    if compared.chord:
         text = (
             "the reference is too sparse to be interpolated: straight lines between its poses are "
-            f"off by {found.chord:.1%} of d; poses are compared at its own stamps"
+            f"off by {compared.chord:.1%} of d; poses are compared at its own stamps"
         )
         notes.append(Note("sparse", text))
-    if n_rig_frames := found.matches.n_rig_frames:
+    if n_rig_frames := compared.matches.n_rig_frames:
         text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"
-        named = found.matches.keys.dtype.kind == "U"
+        named = compared.matches.keys.dtype.kind == "U"
         remedy = "--rig_frames none counts each camera" if named else ""
         notes.append(Note("rig", f"{text} position", remedy))
     return notes
@@ -455,9 +455,9 @@ def _corrected(
     if lever_arm is not None:
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
-        found = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
-        if not found.kind:
-            body_rotation = found.body_rotation
+        convention = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
+        if not convention.kind:
+            body_rotation = convention.body_rotation
     poses = rotate_cameras(estimate.poses, body_rotation)
     return estimate._replace(poses=poses), lever_arm, body_rotation
 
@@ -561,18 +561,20 @@ def _metrics(
     """Return the other metrics that have a value, and why others have none."""
     values, notes = {}, []
     names = [name for name in settings.metrics if name not in SCORES]
-    for one in map(metric, [*names, *functions]):
-        name = one.name
-        if "metres" in one.needs and settings.form.unit != "m":
+    for entry in map(metric, [*names, *functions]):
+        name = entry.name
+        if "metres" in entry.needs and settings.form.unit != "m":
             notes.append(Note("metric", f"the reference's unit counts as a metre in {name}"))
         try:
-            if "rotations" in one.needs and not matches.has_rotations:
+            if "rotations" in entry.needs and not matches.has_rotations:
                 raise ValueError(f"{name} needs the rotations of the cameras")
-            if one.sets and matches.keys.dtype.kind == "U":
-                own = of_models or ModelPoses(pairs[1], np.array(matches.unmatched))
-                value = float(one.function(pairs[0], own.est_poses, outliers=own.outliers))
+            if entry.sets and matches.keys.dtype.kind == "U":
+                of_model = of_models or ModelPoses(pairs[1], np.array(matches.unmatched))
+                value = float(
+                    entry.function(pairs[0], of_model.est_poses, outliers=of_model.outliers)
+                )
             else:
-                value = one(*pairs)
+                value = entry(*pairs)
             if not math.isfinite(value):
                 raise ValueError("it is not finite, with so many cameras lost")
             values[name] = value
