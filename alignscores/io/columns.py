@@ -84,7 +84,7 @@ def parse_columns(text: str) -> list[str]:
     words = text.replace(",", " ").split()
     names = [_what(word) for word in words]
     if wrong := [word for word, name in zip(words, names, strict=True) if name == "-" != word]:
-        raise ValueError(f"{wrong[0][:40]!r} is no column: give {COLUMNS}")
+        raise ValueError(f"unknown column {wrong[0][:40]!r}; use {COLUMNS}")
     used = [name for name in names if name != "-"]
     if "x" not in names or _complete(names) != names or len({*used}) < len(used):
         raise ValueError("columns must be x, y and z, and all of a rotation or none, each once")
