@@ -7,12 +7,15 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
 import alignscores
+from studies.claims import INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, statements
 
 ROOT = Path(__file__).parents[1]
+VERDICTS = REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE
 FOLDERS = ("*.md", "docs/[!_]*.md", "docs/[!_]*/*.md", ".github/*.md")
 DOCUMENTS = sorted(path for pattern in FOLDERS for path in ROOT.glob(pattern))
 LINK = re.compile(r"(?:\]\(|src=\")([^)\"\s]+)")
@@ -61,3 +64,29 @@ def test_the_flight_is_what_its_script_writes(tmp_path):
     for name in written:
         rows = np.loadtxt(flight / name)
         np.testing.assert_allclose(np.loadtxt(tmp_path / name), rows, rtol=0, atol=2e-3)
+
+
+def test_counts_of_statements_are_those_of_the_published_claims():
+    """In README and on the page of the paper's claims."""
+    claims = pd.read_csv(ROOT / "experiments" / "published" / "claims.csv")
+    counted = claims[claims["implied_by"].isna()]
+    of_claims = counted["verdict"].value_counts()
+    of_statements = statements(claims)["verdict"].value_counts()
+    reproduced, failed, unsure = (of_statements[verdict] for verdict in VERDICTS)
+    words = dict(
+        enumerate(
+            ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"]
+        )
+    )
+    counts = (
+        f"{reproduced} are reproduced, {words[failed]} are not, and {words[unsure]} are "
+        "inconclusive"
+    )
+    readme = " ".join((ROOT / "README.md").read_text().split())
+    assert f"{len(statements(claims))} checkable statements: {counts}" in readme
+    findings = (ROOT / "docs" / "explanation" / "findings.md").read_text()
+    assert (
+        f"{len(statements(claims))} checkable statements **{reproduced} are reproduced**"
+        in findings
+    )
+    assert f"| {', '.join(str(of_claims[verdict]) for verdict in VERDICTS)} |" in findings
