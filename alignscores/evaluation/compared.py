@@ -1,0 +1,227 @@
+"""An estimate matched with its reference, corrected as the settings say, and scored."""
+
+import math
+import warnings
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Floats, Indices
+from ..io import Trajectory
+from ..pose import PASResult, pas
+from ..registration import Registration
+from ..registration import pcr99 as pcr99_of_all
+from ..similarity import Similarity
+from ..thresholds import tas_distance, too_few
+from ..translation import tas
+from ..validation import AlignmentWarning
+from .clock import Clock, find_clock
+from .evaluation import Note
+from .hints import Scored, find_convention, rotate_cameras
+from .lever import LeverArm, find_lever_arm, with_lever_arm
+from .match import Matches, check_scorable, match, no_clock, poses_of_rows, with_stamps_of_sparse
+from .settings import Settings
+
+__all__ = ["Compared", "compared", "half_distance_of", "notes_on_matching", "pcr99"]
+__all__ += ["tas_of_other_seeds"]
+
+SMALL_OFFSET = 0.02  # seconds, below which an offset of the clocks must raise the score
+CLEAR_OFFSET = 0.005  # by which it must; a larger one must not lower the score by as much
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """An estimate that was matched, corrected as the settings say, and scored."""
+
+    estimate: Trajectory
+    matches: Matches
+    result: PASResult
+    t_offset: float
+    clock: Clock | None  # that was looked for
+    chord: float  # error of straight lines between the poses of a sparse reference, in units of d
+    lever_arm: LeverArm | None
+    body_rotation: Floats | None
+
+    @property
+    def scored(self) -> Scored:
+        """The PAS, or the TAS without rotations, with every pose that has a reference."""
+        result, matches = self.result, self.matches
+        value = result.score if matches.has_rotations else result.tas.score
+        return Scored(value, matches.pose_references, self.estimate.poses[matches.pose_rows])
+
+
+def compared(
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    has_rotations: bool,
+    groups: Indices | None,
+) -> Compared:
+    """Match, correct and score an estimate."""
+    clock, t_offset = None, 0.0
+    timed = reference.keys.dtype.kind == estimate.keys.dtype.kind == "f"
+    if timed and settings.t_offset == "auto":
+        clock = find_clock(reference, estimate)
+        t_offset = _offset(reference, estimate, settings, clock, has_rotations, groups)
+    elif timed:
+        t_offset = float(settings.t_offset)
+    poses = estimate._replace(keys=estimate.keys + t_offset) if timed else estimate
+    poses, how, chord = with_stamps_of_sparse(reference, poses, settings, groups)
+    matches = replace(match(reference, poses, how, groups), has_rotations=has_rotations)
+    check_scorable(reference, poses, matches, settings)
+    poses, lever_arm, body_rotation = _corrected(poses, matches, settings)
+    matches = replace(matches, est_poses=poses_of_rows(poses, matches.est_rows))
+    result = _scores(matches, settings)
+    return Compared(poses, matches, result, t_offset, clock, chord, lever_arm, body_rotation)
+
+
+def _offset(
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    clock: Clock | None,
+    has_rotations: bool,
+    groups: Indices | None,
+) -> float:
+    """Return the offset of the clocks if it is certain and does not cost score, otherwise 0.
+
+    Raise a ValueError where it is not certain, and the stamps as they are have no time in common.
+    """
+    if clock is None or not clock.certain:
+        if estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
+            raise ValueError(
+                "no time offset makes its motions fit the reference's with certainty"
+                f"{_rival(clock)}{no_clock(estimate.keys) or '; --t_offset X sets one'}"
+            )
+        return 0.0
+    if clock.agrees:
+        return 0.0
+    scores = []
+    for seconds in (0.0, clock.seconds):
+        try:
+            tried = replace(settings, t_offset=seconds)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                found = compared(reference, estimate, tried, has_rotations, groups)
+            scores.append(found.scored.score)
+        except ValueError:
+            scores.append(-math.inf)
+    least = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
+    return clock.seconds if scores[1] > scores[0] + least else 0.0
+
+
+def _rival(clock: Clock | None) -> str:
+    """Return the best offsets that are not certain, in words."""
+    if clock is None:
+        return ""
+    best = f"{clock.seconds:.3f} s (standard error {clock.error:.3f} s)"
+    if math.isnan(clock.runner_up):
+        return f": the best is {best}"
+    return f": the best are {best} and {clock.runner_up:.3f} s"
+
+
+def notes_on_matching(found: Compared, settings: Settings) -> list[Note]:
+    """Return notes on the clock that was looked for, and on a reference that is too sparse."""
+    notes = []
+    if settings.t_offset == "auto" and found.matches.timed:
+        clock, seconds = found.clock, found.t_offset
+        if seconds and clock:
+            text = f"time offset of {seconds:.4f} s (standard error {clock.error:.4f} s) added"
+        elif clock and clock.certain:
+            text = "no time offset added: its motions fit with its stamps as they are"
+        else:
+            text = f"no time offset added: none is certain{_rival(clock)}"
+        notes.append(Note("clock", text))
+    if found.chord:
+        text = (
+            "the reference is too sparse to be interpolated: straight lines between its poses are "
+            f"off by {found.chord:.1%} of d; poses are compared at its own stamps"
+        )
+        notes.append(Note("sparse", text))
+    if n_rig_frames := found.matches.n_rig_frames:
+        text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"
+        named = found.matches.keys.dtype.kind == "U"
+        remedy = "--rig_frames none counts each camera" if named else ""
+        notes.append(Note("rig", f"{text} position", remedy))
+    return notes
+
+
+def _corrected(
+    estimate: Trajectory, matches: Matches, settings: Settings
+) -> tuple[Trajectory, LeverArm | None, Floats | None]:
+    """Return an estimate of the reference's prism with its camera axes, and what was corrected."""
+    lever_arm, body_rotation = None, None
+    if settings.lever_arm == "auto":
+        positions = matches.pose_references[:, :3, 3]
+        matched = estimate.poses[matches.pose_rows]
+        lever_arm = find_lever_arm(positions, matched, matches.unit)
+    elif settings.lever_arm is not None:
+        lever_arm = LeverArm(np.array(settings.lever_arm), np.zeros(3))
+    if lever_arm is not None:
+        estimate = with_lever_arm(estimate, lever_arm.vector)
+    if settings.body_rotation == "auto" and matches.has_rotations:
+        found = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
+        if not found.kind:
+            body_rotation = found.body_rotation
+    poses = rotate_cameras(estimate.poses, body_rotation)
+    return estimate._replace(poses=poses), lever_arm, body_rotation
+
+
+def _scores(matches: Matches, settings: Settings) -> PASResult:
+    """Return the scores at the first seed; RAS and PAS are NaN without rotations."""
+    weight, degrees = settings.weight, settings.max_threshold_deg
+    result = pas(
+        matches.gt_poses,
+        matches.est_poses,
+        rng=settings.seed,
+        weight=weight,
+        max_threshold_deg=degrees,
+        **_tas_options(matches, settings),
+    )
+    if matches.has_rotations:
+        return result
+    errors = np.full_like(result.ras.errors, np.nan)
+    ras = replace(
+        result.ras,
+        score=math.nan,
+        errors=errors,
+        cumulative_frequency=np.zeros_like(result.ras.cumulative_frequency),
+        alignment=None,
+    )
+    return replace(result, score=math.nan, ras=ras)
+
+
+def tas_of_other_seeds(matches: Matches, settings: Settings) -> list[float]:
+    """Return the TAS of the other seeds."""
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    options = _tas_options(matches, settings)
+    return [tas(gt, est, rng=seed, **options).score for seed in settings.seeds[1:]]
+
+
+def _tas_options(matches: Matches, settings: Settings) -> dict[str, Any]:
+    """Return the options of `tas`."""
+    registration: str | Registration = settings.registration
+    if registration == "pcr99" and matches.n_poses < matches.matched:  # a pose of several frames
+        registration = pcr99
+    return {"unit": matches.unit, "registration": registration, **settings.tas_options}
+
+
+def half_distance_of(matches: Matches, settings: Settings) -> float:
+    """Return the half-score distance, by the refined registration; NaN for too few poses."""
+    lost = len(matches.keys) - matches.matched
+    if reason := too_few(lost + matches.n_poses, 0.5, settings.alignment):  # each of many frames
+        warnings.warn(reason, AlignmentWarning, stacklevel=2)
+        return math.nan
+    gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]
+    return tas_distance(gt, est, rng=settings.seed, alignment=settings.alignment, up=settings.up)
+
+
+def pcr99(
+    gt: Floats, est: Floats, /, *, rank: int, **options: Any
+) -> tuple[Similarity | None, int]:
+    """Register the different cameras by PCR-99: a pose of many frames would fit itself."""
+    _, first = np.unique(np.hstack([gt, est]), axis=0, return_index=True)
+    rows = np.sort(first)
+    rank = max(4, round(rank * len(rows) / len(est)))
+    return pcr99_of_all(gt[rows], est[rows], rank=min(rank, len(rows)), **options)
