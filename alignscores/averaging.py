@@ -101,8 +101,11 @@ def geodesic_l1_means(
         resting = angles.shape[1] - away.sum(axis=1)  # faster than count_nonzero
         pull, slowness = axes.sum(axis=2), (1 / np.where(away, angles, 1.0)).sum(axis=1)
         for row in np.flatnonzero(resting).tolist():
-            some = away[row]
-            pull[row], slowness[row] = axes[row][:, some].sum(axis=1), (1 / angles[row, some]).sum()
+            moved = away[row]
+            pull[row], slowness[row] = (
+                axes[row][:, moved].sum(axis=1),
+                (1 / angles[row, moved]).sum(),
+            )
         if axis is not None:
             pull = dots(pull, np.broadcast_to(axis, pull.shape))[:, None] * axis
         strength = np.sqrt(dots(pull, pull))

@@ -69,8 +69,8 @@ def _medoid_by_bounds(points: Floats, guess: int) -> int:
         if sums[lowest] < best_sum:
             best, best_sum = int(batch[lowest]), sums[lowest]
         near = np.count_nonzero(squared < (2 * TLUD_THRESHOLD) ** 2, axis=1)
-        for some in np.split(np.arange(len(batch)), range(rows, len(batch), rows)):
-            d, f, m = distances[some][:, left], sums[some, None], near[some, None]
+        for indices in np.split(np.arange(len(batch)), range(rows, len(batch), rows)):
+            d, f, m = distances[indices][:, left], sums[indices, None], near[indices, None]
             bound = np.maximum(n * d - f, np.where(d < TLUD_THRESHOLD, f - m * d, 0))
             bounds[left] = np.maximum(bounds[left], bound.max(axis=0))
         for i in np.argsort(sums)[:N_PLANES].tolist():

@@ -303,15 +303,15 @@ def prescreened_triplets(
         i, j, k = np.array(list(combinations(range(n), 3)), dtype=np.intp).reshape(-1, 3).T
         triplets = np.hstack([(i, j, k), (j, k, i), (k, i, j)])
         return triplets[:, passes(triplets)]
-    kept: Indices = np.empty((3, 0), dtype=np.intp)
+    passing: Indices = np.empty((3, 0), dtype=np.intp)
     n_drawn, batch = 0, 2 * n_wanted
-    while kept.shape[1] < n_wanted and n_drawn < 1000 * n_wanted:
+    while passing.shape[1] < n_wanted and n_drawn < 1000 * n_wanted:
         triplets = rng.integers(n, size=(3, batch))
-        kept = np.hstack([kept, triplets[:, passes(triplets)]])
+        passing = np.hstack([passing, triplets[:, passes(triplets)]])
         n_drawn += batch
-        missing = n_wanted - kept.shape[1]
-        batch = min(1 << 16, 64 + int(1.1 * missing * n_drawn / max(1, kept.shape[1])))
-    return kept[:, :n_wanted]
+        missing = n_wanted - passing.shape[1]
+        batch = min(1 << 16, 64 + int(1.1 * missing * n_drawn / max(1, passing.shape[1])))
+    return passing[:, :n_wanted]
 
 
 def similarities(a: Floats, b: Floats, literal: bool) -> tuple[Floats, Floats, Floats, Booleans]:

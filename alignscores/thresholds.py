@@ -503,8 +503,8 @@ def _checked_units(units: ArrayLike) -> Floats:
 
 def _sorted_errors(search: Search, threshold: float) -> Floats:
     """Return the errors under the best alignment for a largest threshold, in ascending order."""
-    found, _ = search.register(threshold)
-    return np.sort(search.errors(found))
+    alignment, _ = search.register(threshold)
+    return np.sort(search.errors(alignment))
 
 
 def _search_unit(

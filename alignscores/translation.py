@@ -213,13 +213,13 @@ def tas(
     d = closest_pair_quartile(gt, groups=groups) if unit is None else check_positive(unit, "unit")
     thresholds = d * steps
     # Step 2: register the estimate robustly, by default with PCR-99.
-    found, n_used = search.register(thresholds[-1])
+    fitted, n_used = search.register(thresholds[-1])
     # Step 3: the distance errors, and their cumulative frequencies f_k.
-    errors = search.errors(found)
+    errors = search.errors(fitted)
     frequency = cumulative_frequency(errors, thresholds)
     # Step 4: the TAS is the normalised sum of the f_k (eq. 3).
     score = area(frequency, len(gt))
-    if found is None:
+    if fitted is None:
         distinct = len(np.unique(est[finite_rows(est)], axis=0))
         warnings.warn(
             "TAS is 0: the estimate cannot be aligned, since none of its camera triplets resembles "
@@ -232,7 +232,7 @@ def tas(
         errors=errors,
         thresholds=thresholds,
         cumulative_frequency=frequency,
-        alignment=search.similarity(found),
+        alignment=search.similarity(fitted),
         unit=d,
         n_hypotheses=n_used,
         registration=search.name,

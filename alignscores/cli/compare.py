@@ -153,29 +153,29 @@ def _run(argv: Sequence[str]) -> int:
     refuse_to_replace(_inputs(benchmark, arguments), outputs.items())
     saved = read_baseline(arguments.baseline, arguments.by) if arguments.baseline else None
 
-    found = _compared(arguments, settings, benchmark, table)
+    comparison = _compared(arguments, settings, benchmark, table)
     changed = None
     if saved is not None:
-        levels = [one.limit for one in gate if one.relation == WORSE]
-        changed = changes(found, arguments.baseline, saved, *levels[:1])
-    reasons = reasons_to_fail(gate, found, changed) if gate else []
-    problems = problems_of(found)
-    if changed and changed.is_void and any(one.relation == WORSE for one in gate):
+        levels = [condition.limit for condition in gate if condition.relation == WORSE]
+        changed = changes(comparison, arguments.baseline, saved, *levels[:1])
+    reasons = reasons_to_fail(gate, comparison, changed) if gate else []
+    problems = problems_of(comparison)
+    if changed and changed.is_void and any(condition.relation == WORSE for condition in gate):
         problems.append(f"no system can be worse at a level of {changed.level:g}: too few runs")
 
     for option, path in outputs.items():
         try:
-            write_whole(path, _content(option, found, changed, reasons, path))
+            write_whole(path, _content(option, comparison, changed, reasons, path))
         except ValueError as error:
             problems.append(f"{path}: {error}")
     if arguments.show == "text":
         columns, verbose = table_width(), arguments.verbose
-        text = text_report(found, changed, columns=columns, verbose=verbose)
+        text = text_report(comparison, changed, columns=columns, verbose=verbose)
     else:
-        text = _content(arguments.show, found, changed, reasons).decode()
+        text = _content(arguments.show, comparison, changed, reasons).decode()
     print(text, end="", flush=True)
     if arguments.show in ("csv", "latex"):  # the other forms have them below the verdict
-        for note in found.notes + (changed.notes if changed else []):
+        for note in comparison.notes + (changed.notes if changed else []):
             print_note(note)
     for problem in [*problems, *reasons]:
         print_error(problem)
@@ -217,7 +217,7 @@ def _compared(
 
 def _content(
     option: str,
-    found: Comparison,
+    comparison: Comparison,
     changed: Changes | None,
     reasons: Sequence[str],
     path: Path = STDOUT,
@@ -225,21 +225,21 @@ def _content(
     """Return what an option writes or prints."""
     match option.removeprefix("save_"):
         case "csv":
-            return csv_of_runs(found.runs).encode()
+            return csv_of_runs(comparison.runs).encode()
         case "markdown":
-            return markdown_report(found, changed, reasons).encode()
+            return markdown_report(comparison, changed, reasons).encode()
         case "latex":
-            return as_latex(found).encode()
+            return as_latex(comparison).encode()
         case "plot":
             from ..show.comparison_plot import figure_of_comparison  # needs Matplotlib
             from ..show.plots import picture
 
-            return picture(figure_of_comparison(found), path.suffix)
+            return picture(figure_of_comparison(comparison), path.suffix)
         case "page":
             from ..show.comparison_page import page_of_comparison  # needs plotly
 
-            return page_of_comparison(found, changed, reasons).encode()
-    return json_report(found, changed).encode()
+            return page_of_comparison(comparison, changed, reasons).encode()
+    return json_report(comparison, changed).encode()
 
 
 def _gate(parser: Parser, arguments: argparse.Namespace, names: Sequence[str]) -> list[Condition]:
@@ -252,7 +252,7 @@ def _gate(parser: Parser, arguments: argparse.Namespace, names: Sequence[str]) -
         gate = conditions_of(arguments.fail_on, arguments.by, names)
     except ValueError as error:
         parser.error(f"argument --fail_on: {error}")
-    if any(one.needs_baseline for one in gate) and not arguments.baseline:
+    if any(condition.needs_baseline for condition in gate) and not arguments.baseline:
         parser.error(f"argument --fail_on: {arguments.fail_on}: needs --baseline FILE")
     return gate
 
@@ -275,7 +275,11 @@ def _inputs(benchmark: Benchmark | None, arguments: argparse.Namespace) -> list[
     files: list[str] = []
     if benchmark is not None:
         files = benchmark.files
-        frames = [one["frames"] for one in benchmark.sequence_options.values() if "frames" in one]
+        frames = [
+            options["frames"]
+            for options in benchmark.sequence_options.values()
+            if "frames" in options
+        ]
         if arguments.frames:
             frames += [
                 arguments.frames.replace("{sequence}", name) for name in benchmark.references

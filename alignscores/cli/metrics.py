@@ -16,7 +16,7 @@ The definitions are in docs/reference/metrics.md."""
 def listing() -> str:
     """Return all metrics, a line each."""
     metrics = [
-        f"  {one.syntax:34} {one.description}{f' ({one.unit})' if one.unit else ''}"
-        for one in METRICS
+        f"  {entry.syntax:34} {entry.description}{f' ({entry.unit})' if entry.unit else ''}"
+        for entry in METRICS
     ]
     return "\n".join([*metrics, "", LEGEND])

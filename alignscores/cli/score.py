@@ -125,7 +125,7 @@ class Results:
 
     def all_notes(self) -> list[str]:
         """Return the notes on the reference, and why files failed."""
-        return [*self.notes, *(f"error: {one['error']}" for one in self.failed)]
+        return [*self.notes, *(f"error: {failure['error']}" for failure in self.failed)]
 
     def json(self) -> str:
         """Return settings, results and failures as JSON."""
@@ -153,14 +153,14 @@ def run(argv: Sequence[str]) -> int:
     names = unique_names(estimates)
     written = _outputs(arguments, names, settings)
     frames = [] if settings.frames is None else [str(settings.frames)]
-    refuse_to_replace([reference, *estimates, *frames], [one[:2] for one in written])
+    refuse_to_replace([reference, *estimates, *frames], [target[:2] for target in written])
     if arguments.plot and require("matplotlib.pyplot", "plots").get_backend() == "agg":
         raise ValueError("--plot has no display to show anything on; --save_plot FILE.png saves it")
 
     results = Results(settings, reference)
     _score(results, list(zip(names, estimates, strict=True)), is_open=not arguments.format)
     for option, path, name in written:
-        scored = [one for one in results.scored if name in (None, one.name)]
+        scored = [target for target in results.scored if name in (None, target.name)]
         if not scored and option != "save_json":  # the estimate could not be scored
             continue
         try:
@@ -264,7 +264,7 @@ def _outputs(
         elif len(names) == 1:
             written.append((option, path, names[0]))
         else:  # each has its name, without slashes, appended
-            files = [path.with_name(f"{path.stem}_{own}{path.suffix}") for own in short]
+            files = [path.with_name(f"{path.stem}_{name}{path.suffix}") for name in short]
             written += [(option, file, name) for file, name in zip(files, names, strict=True)]
     return written
 

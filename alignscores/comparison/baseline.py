@@ -65,7 +65,7 @@ class Changes:
     def notes(self) -> list[str]:
         """What is new or gone, and who cannot be worse."""
         lists = (("new", self.new), ("gone", self.gone))
-        return [f"{what}: {first_few(own)}" for what, own in lists if own] + self.mute
+        return [f"{what}: {first_few(entries)}" for what, entries in lists if entries] + self.mute
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON output has of it."""
@@ -84,31 +84,33 @@ def read_baseline(file: str, by: str) -> pd.DataFrame:
 
 
 def changes(
-    found: Comparison, file: str, saved: pd.DataFrame, level: float = GATE_LEVEL
+    comparison: Comparison, file: str, saved: pd.DataFrame, level: float = GATE_LEVEL
 ) -> Changes:
     """Compare all systems with their saved runs; these must have been scored in the same way.
 
     A value that a system has in the saved runs or now, and lacks in a run, is the worst one.
     """
-    by, larger = found.by, found.larger
-    both = pd.concat([saved.assign(when="saved"), found.runs.assign(when="now")], ignore_index=True)
+    by, larger = comparison.by, comparison.larger
+    both = pd.concat(
+        [saved.assign(when="saved"), comparison.runs.assign(when="now")], ignore_index=True
+    )
     _check_settings(both, file)
     both = completed(both, by, "larger" if larger else "smaller")
     saved, now = (both[both["when"] == when] for when in ("saved", "now"))
     before, after = values_of(saved, by, larger), values_of(now, by, larger)
     rows = [
         {"system": system, **row}
-        for system in found.runs["system"].unique()
+        for system in comparison.runs["system"].unique()
         if system in before and system in after
-        if (row := compared(after[system], before[system], found.design))
+        if (row := compared(after[system], before[system], comparison.design))
     ]
     counts = [table.groupby(["system", "sequence"], sort=False).size() for table in (saved, now)]
     counted = pd.concat(counts, axis="columns", keys=["saved", "now"]).fillna(0).astype(int)
     new, gone = [], []
     for row in records(counted.reset_index()):
-        place, n, n_saved = f"{row['system']} on {row['sequence']}", row["now"], row["saved"]
-        new += [place] if not n_saved else []
-        gone += [f"{place} ({n} of {n_saved} runs left)" if n else place] if n < n_saved else []
+        where, n, n_saved = f"{row['system']} on {row['sequence']}", row["now"], row["saved"]
+        new += [where] if not n_saved else []
+        gone += [f"{where} ({n} of {n_saved} runs left)" if n else where] if n < n_saved else []
     return Changes(file, by, level, _systems(rows, level), new, gone, saved, now)
 
 

@@ -151,12 +151,12 @@ def _by_fields(
     paths = defaultdict(list)
     for path, values in files.items():
         paths[tuple(printable({**default, **values}[name]) for name in fields)].append(path)
-    for key, several in paths.items():
-        if several[1:]:
+    for key, matching in paths.items():
+        if matching[1:]:
             problems.append(
-                f"{first_few(several)}: all of them match {'/'.join(key)}; none of them is taken"
+                f"{first_few(matching)}: all of them match {'/'.join(key)}; none of them is taken"
             )
-    return {key: several[0] for key, several in paths.items() if not several[1:]}
+    return {key: matching[0] for key, matching in paths.items() if not matching[1:]}
 
 
 def _with_runs(

@@ -156,10 +156,10 @@ class Comparison:
         rows = self.runs[self.runs["low_score"] != ""]
         return [
             note
-            for _, own in rows.groupby("system", sort=False)
+            for _, group in rows.groupby("system", sort=False)
             for note in alike(
                 ("{sequence}, {system}, run {run}".format(**row), row["low_score"])
-                for row in records(own)
+                for row in records(group)
             )
         ]
 
@@ -374,11 +374,11 @@ def compare_runs(
     forget_references()  # so that their notes are shown again
     for sequence in benchmark.references:
         try:
-            found, new = _tasks(benchmark, sequence, settings, cache)
+            listed, new = _tasks(benchmark, sequence, settings, cache)
         except FAILURES as error:
             problems.append(f"sequence {sequence}: left out: {why(error)}")
         else:
-            tasks += found
+            tasks += listed
             notes += new
     if not tasks:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
@@ -426,8 +426,14 @@ def _notes_on_ends(errors: Mapping[Run, Errors]) -> list[tuple[str, str]]:
     """Return sequence and text of the notes on time that no run of a sequence covers."""
     notes: list[tuple[str, str]] = []
     for sequence in dict.fromkeys(run.sequence for run in errors):
-        own = [one for run, one in errors.items() if run.sequence == sequence and one.timed]
-        of_all = ends_notes([one.time for one in own], [one.covered for one in own])
+        coverages = [
+            coverage
+            for run, coverage in errors.items()
+            if run.sequence == sequence and coverage.timed
+        ]
+        of_all = ends_notes(
+            [coverage.time for coverage in coverages], [coverage.covered for coverage in coverages]
+        )
         notes += [(sequence, str(note)) for note in of_all]
     return notes
 

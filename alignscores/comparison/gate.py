@@ -72,35 +72,40 @@ def _condition(text: str, by: str, metrics: Collection[str]) -> Condition:
 
 
 def reasons_to_fail(
-    conditions: Sequence[Condition], found: Comparison, changed: Changes | None
+    conditions: Sequence[Condition], comparison: Comparison, changed: Changes | None
 ) -> list[str]:
     """Return a line for each system that fulfils a condition, and for runs that are gone."""
-    reasons = [reason for one in conditions for reason in _reasons(one, found, changed)]
-    return reasons + ([f"gone: {place}" for place in changed.gone] if changed else [])
+    reasons = [
+        reason for condition in conditions for reason in _reasons(condition, comparison, changed)
+    ]
+    return reasons + ([f"gone: {where}" for where in changed.gone] if changed else [])
 
 
-def _reasons(one: Condition, found: Comparison, changed: Changes | None) -> Iterator[str]:
+def _reasons(
+    condition: Condition, comparison: Comparison, changed: Changes | None
+) -> Iterator[str]:
     """Yield why systems fulfil a condition."""
-    if changed and one.relation == WORSE:
+    if changed and condition.relation == WORSE:
         for row in records(changed.systems):
             if row["change"] == WORSE:
-                change = _from_to(row, one.name)
+                change = _from_to(row, condition.name)
                 yield f"{change}, worse ({p_text(row['p_worse'])})"
-    elif changed and one.needs_baseline:
-        for row in records(means_of_both(changed, one.name)):
+    elif changed and condition.needs_baseline:
+        for row in records(means_of_both(changed, condition.name)):
             now, saved = row["now"], row["saved"]
             rise = now - saved if now != saved else 0.0  # both may be infinite
-            if (rise if one.relation == "rises" else -rise) > one.limit:
-                change = _from_to(row, one.name)
-                yield f"{change}, {one.relation} by more than {one.limit:g}"
+            if (rise if condition.relation == "rises" else -rise) > condition.limit:
+                change = _from_to(row, condition.name)
+                yield f"{change}, {condition.relation} by more than {condition.limit:g}"
     else:
-        for row in records(found.overall):
+        for row in records(comparison.overall):
             names = {"failed": row["failed"] / row["runs"], "lost": row["lost_all"]}
-            value = names.get(one.name, row.get(f"{one.name}_all", math.nan))
+            value = names.get(condition.name, row.get(f"{condition.name}_all", math.nan))
             if math.isnan(value):
-                yield f"{row['system']}: has no {one.name}"
-            elif value < one.limit if one.relation == "<" else value > one.limit:
-                yield f"{row['system']}: {one.name} {number(value)} {one.relation} {one.limit:g}"
+                yield f"{row['system']}: has no {condition.name}"
+            elif value < condition.limit if condition.relation == "<" else value > condition.limit:
+                limit = f"{condition.relation} {condition.limit:g}"
+                yield f"{row['system']}: {condition.name} {number(value)} {limit}"
 
 
 def _from_to(row: Mapping[str, Any], name: str) -> str:

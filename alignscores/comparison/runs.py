@@ -214,8 +214,8 @@ def _row(evaluation: Evaluation) -> dict[str, Any]:
     valued = [
         name for name in names if evaluation.has_rotations or "rotations" not in metric(name).needs
     ]
-    if few := [name for name in valued if math.isnan(scores[name])]:
-        notes.append(f"too few cameras for {', '.join(few)}: left out of its means")
+    if without_value := [name for name in valued if math.isnan(scores[name])]:
+        notes.append(f"too few cameras for {', '.join(without_value)}: left out of its means")
     return {
         "status": "scored",
         **scores,
@@ -291,14 +291,14 @@ def _stored(file: Path) -> Result | None:
         row, errors = dict(stored["row"]), dict(stored["errors"])
         numbers = [row[name] for name in (*SCORES, "n", "lost", "d", "scale", "chance")]
         texts = [row[name] for name in ("notes", "low_score")]
-        if not all(isinstance(one, (int, float)) for one in numbers):
+        if not all(isinstance(value, (int, float)) for value in numbers):
             return None
-        if row["status"] != "scored" or not all(isinstance(one, str) for one in texts):
+        if row["status"] != "scored" or not all(isinstance(value, str) for value in texts):
             return None
         names = "time", "position", "rotation"
         arrays = {name: np.array(errors[name], dtype=float) for name in names}
         covered = np.array(errors["covered"], dtype=bool)
-        if covered.ndim != 1 or any(one.shape != covered.shape for one in arrays.values()):
+        if covered.ndim != 1 or any(value.shape != covered.shape for value in arrays.values()):
             return None
         return row, Errors(**arrays, covered=covered, timed=bool(errors["timed"]))
     except (KeyError, OSError, RecursionError, TypeError, ValueError):

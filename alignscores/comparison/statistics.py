@@ -149,10 +149,10 @@ def _placements(wins: Floats, labels: Floats) -> tuple[Floats, Floats, Floats]:
     of_a = labels * (others @ wins.T) / m  # placements: shares of B's runs that A's runs beat
     of_b = others * (labels @ wins) / n  # shares of A's runs that beat B's runs
     mean = of_a.sum(axis=1) / n
-    least = 1 / (n * m) ** 2
+    smallest = 1 / (n * m) ** 2
     var_a, var_b = (
-        np.maximum((np.einsum("ij,ij->i", own, own) / k - mean**2) / (k - 1), least)
-        for own, k in ((of_a, n), (of_b, m))
+        np.maximum((np.einsum("ij,ij->i", shares, shares) / k - mean**2) / (k - 1), smallest)
+        for shares, k in ((of_a, n), (of_b, m))
     )
     return mean - 0.5, var_a + var_b, var_a**2 / (n - 1) + var_b**2 / (m - 1)
 

@@ -132,13 +132,15 @@ def completed(runs: pd.DataFrame, by: str, better: Better | None = None) -> pd.D
     system, sequence = runs["system"], runs["sequence"]
     none_scored = ~scored.groupby(system).transform("any")
     for name in measured(runs, by):
-        known, larger = _is_known(name), larger_is_better(name, better if name == by else None)
+        is_known, larger = _is_known(name), larger_is_better(name, better if name == by else None)
         has = scored & runs[name].notna()
         can = has.groupby(sequence).transform("any") | ~scored.groupby(sequence).transform("any")
-        if known and "rotations" in metric(name).needs:
+        if is_known and "rotations" in metric(name).needs:
             can |= runs["reference_rotations"].astype(bool)
         lacks = (has.groupby(system).transform("any") | none_scored) & can & ~has
-        runs.loc[lacks, name] = metric(name).worst if known else -math.inf if larger else math.inf
+        runs.loc[lacks, name] = (
+            metric(name).worst if is_known else -math.inf if larger else math.inf
+        )
         runs.loc[~has & ~lacks, name] = math.nan
     return runs
 
@@ -169,21 +171,21 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
     spread = spread.where(np.isfinite(means))
     ranks = {name: _ranks(_of(pairs, name)) for name in [None, *runs["sequence"].unique()]}
     rows = []
-    for (system, sequence), own in [
-        *(((system, None), own) for system, own in runs.groupby("system", sort=False)),
+    for (system, sequence), group in [
+        *(((system, None), group) for system, group in runs.groupby("system", sort=False)),
         *runs.groupby(by_both, sort=False),
     ]:
         own_means, own_scored, own_spread = (t.loc[system] for t in (means, scored, spread))
         everywhere = [name for name in own_means.index if name in common]
         places = everywhere if sequence is None else [sequence]
-        failed = int((own["status"] != "scored").sum())
-        low, high = scipy.stats.binomtest(failed, len(own)).proportion_ci(1 - LEVEL)
-        units = own["d"].dropna()
+        failed = int((group["status"] != "scored").sum())
+        low, high = scipy.stats.binomtest(failed, len(group)).proportion_ci(1 - LEVEL)
+        units = group["d"].dropna()
         row = {
             "system": system,
             "sequence": sequence,
             "sequences": len(own_means) if sequence is None else 1,
-            "runs": len(own),
+            "runs": len(group),
             "failed": failed,
             "failing_low": low,
             "failing_high": high,
@@ -204,7 +206,7 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
     columns = [by, f"{by}_scored", f"{by}_all"]
     overall[columns] *= -1 if larger else 1
     overall = overall.sort_values(["rank_best", "rank_worst", *columns, "system"], kind="stable")
-    position = {system: place for place, system in enumerate(overall["system"])}
+    position = {system: index for index, system in enumerate(overall["system"])}
     return table.iloc[np.argsort(table["system"].map(position), kind="stable")].reset_index(
         drop=True
     )
@@ -260,9 +262,9 @@ def pairs_of(
     tables = []
     for sequence in sequences:
         there = {
-            system: own if sequence is None else {sequence: own[sequence]}
-            for system, own in values.items()
-            if sequence is None or sequence in own
+            system: values_of_system if sequence is None else {sequence: values_of_system[sequence]}
+            for system, values_of_system in values.items()
+            if sequence is None or sequence in values_of_system
         }
         rows = [
             {"a": a, "b": b, "sequence": sequence, "metric": by} | row
@@ -282,7 +284,7 @@ def values_of(runs: pd.DataFrame, by: str, larger: bool) -> Values:
     order = (runs[by] if larger else -runs[by]).where(runs["status"] == "scored", -np.inf)
     table = pd.DataFrame({"value": runs[by], "order": order, **runs[KEYS]}).set_index("run")
     return {
-        str(system): {str(name): own for name, own in of_system.groupby("sequence", sort=False)}
+        str(system): {str(name): group for name, group in of_system.groupby("sequence", sort=False)}
         for system, of_system in table.groupby("system", sort=False)
     }
 
@@ -299,8 +301,8 @@ def compared(
     if design == "paired":
         both = [first.index.intersection(second.index) for first, second in shared]
         shared = [(x.loc[n], y.loc[n]) for (x, y), n in zip(shared, both, strict=True) if len(n)]
-    elif several := [pair for pair in shared if min(map(len, pair)) > 1]:
-        shared = several
+    elif repeated := [pair for pair in shared if min(map(len, pair)) > 1]:
+        shared = repeated
     if not shared:
         return {}
     runs, values = (
@@ -343,7 +345,7 @@ def _of_recurring(
 ) -> list[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]]:
     """Return the runs of each system that are there on all sequences, in one order."""
     names = [
-        sorted(set.intersection(*(set(own.index) for own in of)))
+        sorted(set.intersection(*(set(by_run.index) for by_run in of)))
         for of in zip(*shared, strict=True)
     ]
     if min(map(len, names)) < 2:

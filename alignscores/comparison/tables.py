@@ -71,27 +71,29 @@ def number(value: float) -> str:
     return f"{value:.4f}" if abs(value) < 10 else f"{value:.4g}"
 
 
-def _shown(found: Comparison) -> list[str]:
+def _shown(comparison: Comparison) -> list[str]:
     """Return the metrics of the table: the usual ones, those that were asked for, and `by`."""
-    asked = [] if found.settings is None else list(found.settings.metrics)
-    names = [*SHOWN, *asked, found.by]
-    if found.settings is None:
-        names = [*SHOWN, *measured(found.runs, found.by)]
-    there = (name for name in dict.fromkeys(names) if name in found.overall)
-    return [name for name in there if name == found.by or found.overall[name].notna().any()]
+    asked = [] if comparison.settings is None else list(comparison.settings.metrics)
+    names = [*SHOWN, *asked, comparison.by]
+    if comparison.settings is None:
+        names = [*SHOWN, *measured(comparison.runs, comparison.by)]
+    there = (name for name in dict.fromkeys(names) if name in comparison.overall)
+    return [
+        name for name in there if name == comparison.by or comparison.overall[name].notna().any()
+    ]
 
 
-def _head(name: str, found: Comparison) -> str:
-    length = "m" if found.settings is not None and found.settings.form.unit == "m" else ""
+def _head(name: str, comparison: Comparison) -> str:
+    length = "m" if comparison.settings is not None and comparison.settings.form.unit == "m" else ""
     try:
         return header(name, length)
     except ValueError:
         return name
 
 
-def _same_sequences(found: Comparison) -> bool:
+def _same_sequences(comparison: Comparison) -> bool:
     """Return whether all systems were run on all sequences."""
-    return len(common_sequences(found.distinct)) == found.runs["sequence"].nunique()
+    return len(common_sequences(comparison.distinct)) == comparison.runs["sequence"].nunique()
 
 
 def _rank(row: Mapping[str, Any]) -> str:
@@ -108,49 +110,49 @@ def _value(row: Mapping[str, Any], name: str) -> str:
     return number(float(row[name]))
 
 
-def overall(found: Comparison, form: Form = TEXT) -> pd.DataFrame:
+def overall(comparison: Comparison, form: Form = TEXT) -> pd.DataFrame:
     """Return rank, means, failed runs and coverage of each system."""
-    n_sequences = found.runs["sequence"].nunique()
+    n_sequences = comparison.runs["sequence"].nunique()
     rows = []
-    for row in records(found.overall):
+    for row in records(comparison.overall):
         cells = {"system": form.escape(row["system"]), "rank": _rank(row)}
-        for name in _shown(found):
+        for name in _shown(comparison):
             text = _value(row, name)
-            first = name == found.by and row["rank_best"] == row["rank_worst"] == 1
-            cells[form.escape(_head(name, found))] = form.bold(text) if first else text
-        if not _same_sequences(found):
-            everywhere = number(float(row[f"{found.by}_all"]))
-            cells[form.escape(f"{found.by} (all)")] = everywhere
+            first = name == comparison.by and row["rank_best"] == row["rank_worst"] == 1
+            cells[form.escape(_head(name, comparison))] = form.bold(text) if first else text
+        if not _same_sequences(comparison):
+            everywhere = number(float(row[f"{comparison.by}_all"]))
+            cells[form.escape(f"{comparison.by} (all)")] = everywhere
             cells["sequences"] = f"{row['sequences']}/{n_sequences}"
         low, high = 100 * row["failing_low"], 100 * row["failing_high"]
         cells["failed runs"] = f"{row['failed']}/{row['runs']} ({low:.0f}-{high:.0f} %)"
-        if found.runs["lost"].notna().any():
+        if comparison.runs["lost"].notna().any():
             cells["coverage"] = f"{1 - row['lost']:.1%}" if math.isfinite(row["lost"]) else "-"
         rows.append(cells)
     return pd.DataFrame(rows)
 
 
-def by_sequence(found: Comparison, form: Form = TEXT) -> pd.DataFrame:
+def by_sequence(comparison: Comparison, form: Form = TEXT) -> pd.DataFrame:
     """Return the metric of each system on each sequence, and d."""
-    sequences = found.runs["sequence"].unique()
-    of_both = {(row["system"], row["sequence"]): row for row in records(found.summary)}
-    first = form.escape(_head(found.by, found))
+    sequences = comparison.runs["sequence"].unique()
+    of_both = {(row["system"], row["sequence"]): row for row in records(comparison.summary)}
+    first = form.escape(_head(comparison.by, comparison))
     rows = []
-    for system in found.overall["system"]:
+    for system in comparison.overall["system"]:
         cells = {first: form.escape(system)}
         for sequence in sequences:
             text = "not tried"
             if row := of_both.get((system, sequence)):
-                text = _value(row, found.by)
+                text = _value(row, comparison.by)
                 if row["rank_best"] == row["rank_worst"] == 1:
                     text = form.bold(text)
                 text += f" ({_rank(row)})" if not math.isnan(row["rank_best"]) else ""
                 text += f" †{row['failed']}" if row["failed"] and "†" not in text else ""
             cells[form.escape(sequence)] = text
         rows.append(cells)
-    if found.runs["d"].notna().any():
-        d = found.runs.groupby("sequence", sort=False)["d"].first()
-        name = "d [m]" if _head("half_distance", found).endswith("[m]") else "d"
+    if comparison.runs["d"].notna().any():
+        d = comparison.runs.groupby("sequence", sort=False)["d"].first()
+        name = "d [m]" if _head("half_distance", comparison).endswith("[m]") else "d"
         rows.append({first: name, **{form.escape(s): f"{d[s]:.4g}" for s in sequences}})
     return pd.DataFrame(rows)
 
@@ -167,25 +169,25 @@ def as_markdown(table: pd.DataFrame) -> str:
     return str(table.to_markdown(index=False, disable_numparse=True, colalign=aligned))
 
 
-def latex_table(found: Comparison) -> pd.DataFrame:
+def latex_table(comparison: Comparison) -> pd.DataFrame:
     """Return systems by metrics with mean and standard deviation of the runs.
 
     The best mean has three digits and is bold; = marks systems that are not significantly different
     from it.
     """
-    systems = found.overall["system"]
+    systems = comparison.overall["system"]
     columns = {"system": [latex(system) for system in systems]}
-    for name in dict.fromkeys([*SHOWN[:4], found.by]):
-        if name not in found.overall:
+    for name in dict.fromkeys([*SHOWN[:4], comparison.by]):
+        if name not in comparison.overall:
             continue
-        larger, pairs = found.larger, found.pairs
-        if name != found.by:
+        larger, pairs = comparison.larger, comparison.pairs
+        if name != comparison.by:
             larger = larger_is_better(name)
-            pairs = pairs_of(found.distinct, name, larger, found.design)
-        decimals, cells = _latex_column(found.overall, name, larger, pairs)
-        columns[latex(_head(name, found))] = cells
-        if name == found.by and not _same_sequences(found):
-            everywhere = found.overall[f"{name}_all"]
+            pairs = pairs_of(comparison.distinct, name, larger, comparison.design)
+        decimals, cells = _latex_column(comparison.overall, name, larger, pairs)
+        columns[latex(_head(name, comparison))] = cells
+        if name == comparison.by and not _same_sequences(comparison):
+            everywhere = comparison.overall[f"{name}_all"]
             columns[latex(f"{name} (all)")] = [_fixed(value, decimals) for value in everywhere]
     return pd.DataFrame(columns)
 
@@ -221,34 +223,34 @@ def _fixed(value: float, decimals: int) -> str:
     return f"{value:.{decimals}f}" if math.isfinite(value) else "--"
 
 
-def as_latex(found: Comparison) -> str:
+def as_latex(comparison: Comparison) -> str:
     """Return the table for a paper, with verdict and notes as comments below."""
     require("jinja2", "compare")
-    table = latex_table(found)
+    table = latex_table(comparison)
     aligned = "l" + "r" * (len(table.columns) - 1)
     text = str(table.to_latex(index=False, escape=False, column_format=aligned))
     lines = [
         "Mean over sequences +- standard deviation of the runs on a sequence. Bold: the best mean;",
         f"=: not significantly different from it (false discovery rate {100 * LEVEL:.0f} %);",
         "o: too few runs for a test against it; dagger: the mean without failed runs.",
-        *found.verdict,
-        *(f"note: {note}" for note in found.notes),
+        *comparison.verdict,
+        *(f"note: {note}" for note in comparison.notes),
     ]
     return text + "".join(f"% {line}\n" for line in lines)
 
 
-def legend(found: Comparison) -> list[str]:
+def legend(comparison: Comparison) -> list[str]:
     """Return the two lines below the tables."""
     lines = ["means over runs, then sequences; a failed run has the worst value"]
-    if found.settings is not None:
-        lines[0] += f"; {found.settings.how_aligned}"
+    if comparison.settings is not None:
+        lines[0] += f"; {comparison.settings.how_aligned}"
     marks = []
-    ranks = found.summary[["rank_best", "rank_worst"]].dropna()
+    ranks = comparison.summary[["rank_best", "rank_worst"]].dropna()
     if (ranks["rank_best"] != ranks["rank_worst"]).any():
         marks.append(
             f"(1-2): not significantly different (false discovery rate {100 * LEVEL:.0f} %)"
         )
-    if (found.distinct["status"] != "scored").any():
+    if (comparison.distinct["status"] != "scored").any():
         marks.append("†1: a failed or missing run; errors are of the others")
     return lines + (["; ".join(marks)] if marks else [])
 
@@ -263,21 +265,24 @@ def conditions(settings: Settings | None) -> list[str]:
     return lines
 
 
-def problems_of(found: Comparison) -> list[str]:
+def problems_of(comparison: Comparison) -> list[str]:
     """Return what was left out, and which runs failed."""
-    return [*found.problems, *(f"{error}; it counts as a failure" for error in found.failed)]
+    return [
+        *comparison.problems,
+        *(f"{error}; it counts as a failure" for error in comparison.failed),
+    ]
 
 
-def notes_of(found: Comparison, reasons: Sequence[str] = ()) -> list[str]:
+def notes_of(comparison: Comparison, reasons: Sequence[str] = ()) -> list[str]:
     """Return all notes and errors that the command prints, also why scores are low."""
-    errors = [*problems_of(found), *reasons]
-    return [*found.notes, *found.low_scores, *(f"error: {line}" for line in errors)]
+    errors = [*problems_of(comparison), *reasons]
+    return [*comparison.notes, *comparison.low_scores, *(f"error: {line}" for line in errors)]
 
 
-def differences_of(found: Comparison) -> list[dict[str, Any]]:
+def differences_of(comparison: Comparison) -> list[dict[str, Any]]:
     """Return the pairs of systems over all sequences that have a difference, tested ones first."""
-    difference = found.pairs["difference"].astype(float)
-    pairs = found.pairs[found.pairs["sequence"].isna() & np.isfinite(difference)]
+    difference = comparison.pairs["difference"].astype(float)
+    pairs = comparison.pairs[comparison.pairs["sequence"].isna() & np.isfinite(difference)]
     return sorted(records(pairs), key=lambda pair: math.isnan(pair["p"]))
 
 

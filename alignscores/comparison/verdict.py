@@ -88,16 +88,18 @@ def _of_leader(leader: str, tested: Sequence[dict[str, Any]], by: str, n_tested:
     for pair in others:
         other = pair["b"] if pair["a"] == leader else pair["a"]
         better = pair["better"]
-        known = isinstance(better, str)
+        is_ahead = isinstance(better, str)
         kind = (
             "not distinguishable from"
-            if not known
+            if not is_ahead
             else "ahead of"
             if better == leader
             else "behind"
         )
         kinds[kind].append(other)
-    return lines + [f"{leader} is {kind} {first_few(own)}." for kind, own in kinds.items() if own]
+    return lines + [
+        f"{leader} is {kind} {first_few(systems)}." for kind, systems in kinds.items() if systems
+    ]
 
 
 def _too_few(pairs: pd.DataFrame) -> list[str]:
@@ -132,9 +134,9 @@ def _lacking(runs: pd.DataFrame, by: str) -> list[str]:
     tried = pd.crosstab(runs["system"], runs["sequence"]).gt(0)
     tried = tried[runs["sequence"].unique()]  # in their order
     lines = [
-        f"{system} has no run on {n} of {len(own)} sequences ({first_few(list(own.index[~own]))})."
-        for system, own in tried.iterrows()
-        if (n := int((~own).sum()))
+        f"{system} has no run on {n} of {len(row)} sequences ({first_few(list(row.index[~row]))})."
+        for system, row in tried.iterrows()
+        if (n := int((~row).sum()))
     ]
     if lines:
         common = common_sequences(runs)
@@ -153,17 +155,17 @@ def notes_on_runs(runs: pd.DataFrame, by: str, design: Design) -> list[str]:
     """Return the notes on the runs: copies, numbers of runs, dependence, and those on files."""
     names = runs["sequence"] + ", " + runs["system"]
     copies = [
-        f"{first_few(list(own['run']))} of {name} have the scores of an earlier run (copies, or a "
-        "deterministic system): they do not count"
-        for name, own in runs[runs["status"] == "copy"].groupby(names, sort=False)
+        f"{first_few(list(group['run']))} of {name} have the scores of an earlier run (copies, or "
+        "a deterministic system): they do not count"
+        for name, group in runs[runs["status"] == "copy"].groupby(names, sort=False)
     ]
     lines = alike([("", note) for note in copies])
     runs = runs[runs["status"] != "copy"]
     numbers = runs.groupby(["system", "sequence"], sort=False).size().groupby("system").max()
     if numbers.max() > numbers.min() > 1:
-        most, fewest = numbers.idxmax(), numbers.idxmin()
+        largest, fewest = numbers.idxmax(), numbers.idxmin()
         lines.append(
-            f"{fewest} has {numbers.min()} runs on a sequence, {most} {numbers.max()}: "
+            f"{fewest} has {numbers.min()} runs on a sequence, {largest} {numbers.max()}: "
             "were bad runs left out? Runs count as failed if the YAML file says how many there are"
         )
     if design == "independent" and (p := _dependence(runs, by)) <= LEVEL:
@@ -171,10 +173,10 @@ def notes_on_runs(runs: pd.DataFrame, by: str, design: Design) -> list[str]:
             f"runs of the same name are good or bad together over the sequences ({p_text(p)}), as "
             "if they shared a build or a night: --runs dependent counts each as one value"
         )
-    for _, own in runs.groupby("system", sort=False):
+    for _, group in runs.groupby("system", sort=False):
         lines += alike(
             ("{sequence}, {system}, run {run}".format(**row), note)
-            for row in records(own)
+            for row in records(group)
             for note in row["notes"].split(SEPARATOR)
             if note
         )
@@ -187,12 +189,12 @@ def _dependence(runs: pd.DataFrame, by: str) -> float:
     The statistics of the systems add up; a system counts with the runs that all sequences have.
     """
     statistic, free = 0.0, 0
-    for _, own in runs.groupby("system", sort=False):
-        table = own.pivot(index="sequence", columns="run", values=by).dropna(axis="columns")
+    for _, group in runs.groupby("system", sort=False):
+        table = group.pivot(index="sequence", columns="run", values=by).dropna(axis="columns")
         if min(len(table), len(table.columns) - 1) < 2:
             continue
         with np.errstate(invalid="ignore", divide="ignore"):  # of runs that are all equal
-            found = scipy.stats.friedmanchisquare(*table.to_numpy().T).statistic
-        if np.isfinite(found):
-            statistic, free = statistic + found, free + len(table.columns) - 1
+            chi_squared = scipy.stats.friedmanchisquare(*table.to_numpy().T).statistic
+        if np.isfinite(chi_squared):
+            statistic, free = statistic + chi_squared, free + len(table.columns) - 1
     return float(scipy.stats.chi2.sf(statistic, free)) if free else 1.0

@@ -141,12 +141,12 @@ class _Path:
         after = np.clip(np.searchsorted(self.stamps, times), 1, len(self.stamps) - 1)
         before = after - 1
         length = self.stamps[after] - self.stamps[before]
-        known = (times >= 0) & (times <= self.stamps[-1]) & (length <= LONGEST_SPAN)
+        valid = (times >= 0) & (times <= self.stamps[-1]) & (length <= LONGEST_SPAN)
         share = np.clip((times - self.stamps[before]) / length, 0, 1)[..., None]
         points = (1 - share) * self.points[before] + share * self.points[after]
         if self.rotations:
             points /= np.linalg.norm(points, axis=-1, keepdims=True)
-        return points, known
+        return points, valid
 
     def smoothed(self, times: Floats) -> tuple[Floats, Booleans]:
         """Return points with about the same noise at and between stamps, as a cubic spline has.
@@ -183,7 +183,7 @@ def _strengths(
 ) -> tuple[Floats, Floats, Floats]:
     """Return evenly spaced offsets, with the strength and D0 / D of each; D0 is the median D."""
     grid = np.asarray(step * np.arange(int(ref.stamps[-1] / step) + 1), np.float64)
-    points, known = ref.at(grid)
+    points, valid = ref.at(grid)
     first = np.round(starts / step).astype(int)
     spans = np.maximum(np.round((ends - starts) / step).astype(int), 1)
     n_before = int(first.max())
@@ -191,7 +191,7 @@ def _strengths(
     total, squares = np.zeros_like(n), np.zeros_like(n)
     of_span = {}
     for span in np.unique(spans[spans < len(grid)]).tolist():
-        both = known[:-span] & known[span:]
+        both = valid[:-span] & valid[span:]
         of_span[span] = ref.motions(points[:-span], points[span:]), both
     everywhere = np.concatenate([sizes[both] for sizes, both in of_span.values()])
     if not everywhere.size:
@@ -237,24 +237,24 @@ def _refined(
 
     def differences(at: float) -> tuple[Floats, Booleans]:
         (begin, begin_known), (end, end_known) = ref.smoothed(starts + at), ref.smoothed(ends + at)
-        known = begin_known & end_known
+        valid = begin_known & end_known
         if ref.rotations:
-            return np.where(known, ref.motions(begin, end) - motions, 0)[:, None], known
-        return np.where(known[:, None], _fitted(moves, end - begin, known) - moves, 0), known
+            return np.where(valid, ref.motions(begin, end) - motions, 0)[:, None], valid
+        return np.where(valid[:, None], _fitted(moves, end - begin, valid) - moves, 0), valid
 
     def left(at: float) -> float:
-        difference, known = differences(at)
-        return float(np.linalg.norm(difference[known], axis=1).mean()) if known.any() else np.inf
+        difference, valid = differences(at)
+        return float(np.linalg.norm(difference[valid], axis=1).mean()) if valid.any() else np.inf
 
     near = offset + step * np.linspace(-1, 1, 11)
     offset, error = float(near[np.argmin([left(at) for at in near])]), np.inf
     h = 0.1 * step
     for _ in range(5):
-        difference, known = differences(offset)
+        difference, usable = differences(offset)
         (later, also), (earlier, too) = differences(offset + h), differences(offset - h)
         sizes = np.linalg.norm(difference, axis=1)
-        known &= also & too
-        rows = np.flatnonzero(known & (sizes <= OUTLIER * np.median(sizes[known])))
+        usable &= also & too
+        rows = np.flatnonzero(usable & (sizes <= OUTLIER * np.median(sizes[usable])))
         slopes = (later - earlier)[rows] / (2 * h)
         blocks = np.arange(len(rows)) * BLOCKS // max(len(rows), 1)
         moments = np.bincount(blocks, (difference[rows] * slopes).sum(axis=1), BLOCKS)
@@ -267,14 +267,14 @@ def _refined(
     return offset, error
 
 
-def _fitted(moves: Floats, true: Floats, known: Booleans) -> Floats:
+def _fitted(moves: Floats, true: Floats, valid: Booleans) -> Floats:
     """Return true displacements, rotated and scaled to those of an estimate; without outliers."""
-    rows = np.flatnonzero(known)
+    rows = np.flatnonzero(valid)
     for _ in range(3):
         u, sizes, vt = np.linalg.svd(moves[rows].T @ true[rows])
         sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
         scale = (sizes * sign).sum() / max((true[rows] ** 2).sum(), np.finfo(float).tiny)
         fitted = scale * true @ (u * sign @ vt).T
         off = np.linalg.norm(fitted - moves, axis=1)
-        rows = np.flatnonzero(known & (off <= OUTLIER * np.median(off[known])))
+        rows = np.flatnonzero(valid & (off <= OUTLIER * np.median(off[valid])))
     return np.asarray(fitted)

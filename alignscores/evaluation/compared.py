@@ -107,8 +107,8 @@ def _offset(
             scores.append(found.scored.score)
         except ValueError:
             scores.append(-math.inf)
-    least = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
-    return clock.seconds if scores[1] > scores[0] + least else 0.0
+    bound = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
+    return clock.seconds if scores[1] > scores[0] + bound else 0.0
 
 
 def _rival(clock: Clock | None) -> str:
@@ -161,9 +161,9 @@ def _corrected(
     if lever_arm is not None:
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
-        found = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
-        if not found.kind:
-            body_rotation = found.body_rotation
+        convention = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
+        if not convention.kind:
+            body_rotation = convention.body_rotation
     poses = rotate_cameras(estimate.poses, body_rotation)
     return estimate._replace(poses=poses), lever_arm, body_rotation
 

@@ -73,13 +73,13 @@ def deficits(
     rest = np.ones(n, dtype=bool)
     rest[np.concatenate(stretches)] = False
     groups = [*stretches, np.flatnonzero(rest & lost), np.flatnonzero(rest & ~lost)]
-    found = []
+    result = []
     for number, rows in enumerate(groups):
         if len(rows) == 0:
             continue
         cost = int(missing[rows].sum())
         ends = keys[order][rows[[0, -1]]].tolist() if number < len(stretches) else (None, None)
-        found.append(
+        result.append(
             Deficit(
                 score=score,
                 cause="lost" if lost[rows[0]] else {"TAS": "position", "RAS": "rotation"}[score],
@@ -90,7 +90,7 @@ def deficits(
                 share=cost / total,
             )
         )
-    return found
+    return result
 
 
 def in_order(keys: NDArray[Any]) -> Indices:
@@ -125,9 +125,9 @@ def largest_sums(
             best[k][part] = np.maximum(best[k][part], before)
     ranges: list[tuple[int, int]] = []
     end = len(values)
-    for k in range(max(1, int(np.argmax([one[-1] for one in best]))), 0, -1):
+    for k in range(max(1, int(np.argmax([row[-1] for row in best]))), 0, -1):
         end = int(np.argmax(best[k][: end + 1] == best[k][end]))
-        first = max(one for one in starts if one < end)
+        first = max(row for row in starts if row < end)
         part = slice(first, end + 1)
         opening = np.maximum.accumulate(best[k - 1][part] - total[part])
         start = first + int(np.argmax(opening == opening[-1]))

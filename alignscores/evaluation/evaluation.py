@@ -202,9 +202,9 @@ class Evaluation:
         """Chance level: the highest TAS of a camera that never moves."""
         positions = self.reference.poses[self.matches.expected_rows, :3, 3]
         n = len(positions)
-        some = positions[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
+        sample = positions[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
         largest = self.result.tas.unit * self.settings.max_threshold
-        distances = np.linalg.norm(some[:, None] - some, axis=2)
+        distances = np.linalg.norm(sample[:, None] - sample, axis=2)
         below = N_THRESHOLDS - np.floor(distances * (N_THRESHOLDS / largest))
         return float(np.maximum(below, 0).mean(axis=1).max() / N_THRESHOLDS)
 
@@ -228,16 +228,16 @@ class Evaluation:
 
         All costs of a score add up to what it lacks to 1, the TAS at the first seed.
         """
-        matches, result, found = self.matches, self.result, []
+        matches, result, stretches = self.matches, self.result, []
         keys = matches.keys
         if matches.timed:
             keys = np.round(keys - self.reference.keys[0], 6)
         positions, rotations = matches.est_poses[:, :3, 3], matches.est_poses[:, :3, :3]
-        for name, one, poses in (("TAS", result.tas, positions), ("RAS", result.ras, rotations)):
+        for name, score, poses in (("TAS", result.tas, positions), ("RAS", result.ras, rotations)):
             if name == "TAS" or self.has_rotations:
                 lost = ~finite_rows(poses)
-                found += deficits(name, one.errors, one.thresholds, lost, keys)
-        return found
+                stretches += deficits(name, score.errors, score.thresholds, lost, keys)
+        return stretches
 
     @property
     def scores(self) -> dict[str, float | None]:

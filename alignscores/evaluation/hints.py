@@ -161,13 +161,13 @@ def _candidates(
         for side, true, poses in _of_sides(gt, est, CHANGES[kind])
     ]
     common = list(COMMON.values())
-    one: list[_Case] = inverted or [("", "", gt, est, positions)]
-    yield from ((*case[:4], axes, case[4]) for axes in common for case in one)
+    inputs: list[_Case] = inverted or [("", "", gt, est, positions)]
+    yield from ((*case[:4], axes, case[4]) for axes in common for case in inputs)
     if not inverted:
         yield from ((*case[:4], common[0], case[4]) for case in swapped)
         bodies = [case for case in swapped if case[0] == "inverted rotations" and case[1] != BOTH]
         yield from ((*case[:4], axes, case[4]) for axes in common[1:] for case in bodies)
-    yield from ((*case[:4], None, case[4]) for case in one)
+    yield from ((*case[:4], None, case[4]) for case in inputs)
 
 
 def _of_sides(
@@ -358,17 +358,16 @@ def look(
     The score is the PAS, without rotations the TAS.
     """
     state = _State(reference, estimate, settings, scored, has_rotations)
-    for find, least in (
+    for find, min_gain in (
         (_units_of_time, CLEAR_OF_TIME),
         (_clocks, CLEAR_OF_TIME),
-        (_mirrored, CLEAR),
         (_conventions, CLEAR),
         (_increments, CLEAR),
         (_units_of_length, CLEAR),
     ):
-        if state.score > 1 - least:
+        if state.score > 1 - min_gain:
             break
-        state = _tried(state, list(find(state, files)), least, attempt)
+        state = _tried(state, list(find(state, files)), min_gain, attempt)
     return list(state.notes)
 
 
@@ -390,7 +389,7 @@ def rescue(
     return ""
 
 
-def _tried(state: _State, remedies: Sequence[_Remedy], least: float, attempt: Attempt) -> _State:
+def _tried(state: _State, remedies: Sequence[_Remedy], min_gain: float, attempt: Attempt) -> _State:
     """Return the state with the best remedy, if that raises the score clearly.
 
     The likeliest come first.
@@ -410,7 +409,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy], least: float, attempt: At
                     scored=scored,
                 )
                 chosen = remedy
-    if chosen is None or best.score < state.score + least:
+    if chosen is None or best.score < state.score + min_gain:
         return state
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
@@ -437,13 +436,13 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
             for side, factor in ((REF, of_ref), (EST, of_est))
             if factor != 1
         }
-        said = " and ".join(f"{unit} in {files.name(side)}" for side, unit in units.items())
+        text = " and ".join(f"{unit} in {files.name(side)}" for side, unit in units.items())
         columns = {side: f"t_{unit}" for side, unit in units.items()}
         option = _columns(state, files, {REF: ref, EST: est}, columns)
-        steps = [np.median(np.diff(np.sort(one.keys))) for one in (reference, estimate)]
+        steps = [np.median(np.diff(np.sort(poses.keys))) for poses in (reference, estimate)]
         yield _Remedy(
             "units",
-            f"time stamps seem to be {said}: as seconds their steps are {steps[0]:.3g} s in "
+            f"time stamps seem to be {text}: as seconds their steps are {steps[0]:.3g} s in "
             f"{files.reference} and {steps[1]:.3g} s in {files.estimate}",
             f"{option} names the unit" if option else "write seconds",
             ref,
@@ -470,14 +469,14 @@ def _columns(
     """
     settings, options = state.settings, {}
     for side, name in names.items():
-        path, given, form = (
+        path, named, form = (
             (files.ref_path, settings.ref_columns, settings.form)
             if side == REF
             else (files.est_path, settings.est_columns, settings.est_form)
         )
         trajectory = wanted[side]
         usual = f"t x y z {W_LAST}" if finite_rows(trajectory.poses[:, :3, :3]).any() else "t x y z"
-        columns = given or settings.columns or usual
+        columns = named or settings.columns or usual
         if name.startswith("t_"):
             columns = " ".join(name if word[0] == "t" else word for word in columns.split())
         elif name.startswith("q"):
@@ -512,12 +511,12 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     timed = state.reference.keys.dtype.kind == state.estimate.keys.dtype.kind == "f"
     if not timed or settings.t_offset == "auto" or settings.frames is not None:
         return
-    given = float(settings.t_offset)
-    estimate = state.estimate._replace(keys=state.estimate.keys + given)
+    offset = float(settings.t_offset)
+    estimate = state.estimate._replace(keys=state.estimate.keys + offset)
     clock = find_clock(state.reference, estimate)
     if clock is None or not clock.certain or (state.scored and clock.agrees):
         return
-    seconds = given + clock.seconds
+    seconds = offset + clock.seconds
     yield _Remedy(
         "clock",
         f"its clock is off: its {clock.what} fit those of {files.reference} best with an offset of "
@@ -530,28 +529,28 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
 
 
 def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the convention of either file, with what corrects it."""
-    if not state.scored or not state.has_rotations:
+    """Yield the convention of either file, with what corrects it, and mirrored axes."""
+    if not state.scored:
         return
-    reference, estimate = state.reference, state.estimate
-    found = find_convention(state.scored.gt_poses, state.scored.est_poses)
-    if not found.kind and found.body_rotation is None:
-        return
+    convention = Convention()
+    if state.has_rotations:
+        convention = find_convention(state.scored.gt_poses, state.scored.est_poses)
     frame = ""
-    if found.body_rotation is not None:
+    if convention.body_rotation is not None:
         frame = (
             f"the camera frame of {files.estimate} is rotated against that of {files.reference}, "
-            f"{describe_rotation(found.body_rotation)}"
+            f"{describe_rotation(convention.body_rotation)}"
         )
     changes = {"body_rotation": "auto"} if frame else {}
-    if found.kind:
-        yield _of_convention(state, files, found, frame, changes)
-    else:
+    if convention.kind:
+        yield _of_convention(state, files, convention, frame, changes)
+    elif frame:
         option = "--body_rotation auto removes it"
-        if _may_both_be_inverted(state.scored, found.body_rotation):
+        if _may_both_be_inverted(state.scored, convention.body_rotation):
             option += "; if both files are world-to-camera, --ref_invert --est_invert instead"
-        yield _Remedy("frame", frame, option, reference, estimate, changes)
-    yield from _mirrors(state, files)  # on a plane, other camera axes have the same effect
+        yield _Remedy("frame", frame, option, state.reference, state.estimate, changes)
+    if convention.kind or frame or _fits_mirrored(state.scored, state.settings):
+        yield from _mirrors(state, files)  # on a plane, both have much the same effect
 
 
 def _may_both_be_inverted(scored: Scored, body_rotation: Floats | None) -> bool:
@@ -606,19 +605,15 @@ def _sample(scored: Scored) -> Indices:
     return np.asarray(rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)])
 
 
-def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield mirrored axes, if the positions then fit better."""
-    if not state.scored:
-        return
-    some = _sample(state.scored)
+def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
+    """Return whether mirrored positions fit better, or that depends on the mirror."""
+    some = _sample(scored)
     if len(some) < MIN_CAMERAS:
-        return
-    gt, est = state.scored.gt_poses[some], state.scored.est_poses[some]
-    flip = np.eye(4)
-    flip[2, 2] = -1
-    fixed = state.settings.alignment in ("yaw", "none")  # under which other mirrors differ
-    if fixed or _position_fit(gt, flip @ est).misfit < _position_fit(gt, est).misfit:
-        yield from _mirrors(state, files)
+        return False
+    gt, est = scored.gt_poses[some], scored.est_poses[some]
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    fixed = settings.alignment in ("yaw", "none")
+    return fixed or _position_fit(gt, flip @ est).misfit < _position_fit(gt, est).misfit
 
 
 def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
@@ -670,21 +665,23 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
     rows = reference.keys.dtype.kind == "i"
     if not state.scored and not (rows and n == len(reference.keys) - 1):
         return
-    some = np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)
+    sample = np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)
     now = np.inf
     if n == len(reference.keys):
-        now = _position_fit(reference.poses[some], estimate.poses[some]).misfit
+        now = _position_fit(reference.poses[sample], estimate.poses[sample]).misfit
     # The product of poses of a common frame can hide noise: both files must look like motions.
     both = [BOTH] if _hardly_rotates(reference) and _hardly_rotates(estimate) else []
     for side, inverse in product((EST, REF, *both), (False, True)):
         ref, est = (
-            one._replace(poses=_product(one.poses, inverse)) if side in (changed, BOTH) else one
-            for changed, one in ((REF, reference), (EST, estimate))
+            trajectory._replace(poses=_product(trajectory.poses, inverse))
+            if side in (changed, BOTH)
+            else trajectory
+            for changed, trajectory in ((REF, reference), (EST, estimate))
         )
         if n < len(ref.keys) and rows and side == EST:  # the first pose is the identity
             est = Trajectory(ref.keys, np.concatenate([np.eye(4)[None], est.poses]))
         if len(ref.keys) == len(est.keys):
-            fit = _position_fit(ref.poses[some], est.poses[some]).misfit
+            fit = _position_fit(ref.poses[sample], est.poses[sample]).misfit
             if fit > (0.15 if side == BOTH else min(0.15, now / 3)):
                 continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"

@@ -67,8 +67,8 @@ def find_lever_arm(gt_positions: Floats, est_poses: Floats, unit: float) -> Leve
     others = np.array([_solved(design[part], wanted[part])[:3] for part in parts])
     errors = np.sqrt((BLOCKS - 1) * others.var(axis=0))
     if 2 * errors.max() > off[0]:
-        said = ", ".join(f"{value:.2g}" for value in errors)
-        raise ValueError(f"no lever arm is found: its motion leaves it uncertain by {said}")
+        text = ", ".join(f"{value:.2g}" for value in errors)
+        raise ValueError(f"no lever arm is found: its motion leaves it uncertain by {text}")
     return LeverArm(vector, errors)
 
 

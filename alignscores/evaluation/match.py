@@ -125,16 +125,18 @@ def check_scorable(
     n_poses, n = matches.n_poses, len(estimate.keys)
     share = 1 - matches.unmatched / max(n - matches.duplicate, 1)
     covered = matches.matched / len(matches.expected_rows)
-    few = n_poses < min(MIN_POSES, len(matches.expected_rows))
-    if few and matches.timed:  # poses may be closer together than frames, not than the reference
+    too_few = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    if (
+        too_few and matches.timed
+    ):  # poses may be closer together than frames, not than the reference
         nearest, _ = nearest_stamps(reference.keys, estimate.keys[matches.pose_rows])
         n_poses = len(np.unique(nearest))
-        few = n_poses < min(MIN_POSES, len(matches.expected_rows))
-    if few or (share < MIN_SHARE and covered < MIN_SHARE):
+        too_few = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    if too_few or (share < MIN_SHARE and covered < MIN_SHARE):
         options = f"--missing {settings.missing}"
         if matches.timed:
             options += f", --t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g}"
-        needed = f"{MIN_POSES} poses" if few else f"{MIN_SHARE:.0%} of either"
+        needed = f"{MIN_POSES} poses" if too_few else f"{MIN_SHARE:.0%} of either"
         raise ValueError(
             f"only {n_poses} of {n} poses could be matched to the reference, for {covered:.1%} of "
             f"the expected frames, and it takes {needed} ({options})"
@@ -174,10 +176,10 @@ def with_stamps_of_sparse(
     chord = chord_error(reference, gap) / unit
     if not chord > MAX_CHORD:
         return estimate, settings, 0.0
-    some = first_rows(estimate.keys, _present(estimate.poses), "estimate")
+    present = first_rows(estimate.keys, _present(estimate.poses), "estimate")
     at_stamps = poses_at(
         reference.keys,
-        Trajectory(estimate.keys[some], estimate.poses[some]),
+        Trajectory(estimate.keys[present], estimate.poses[present]),
         near=min(settings.t_max_diff, EVO_T_MAX_DIFF),
         t_max_diff=settings.t_max_diff,
     )

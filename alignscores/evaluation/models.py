@@ -74,10 +74,10 @@ def in_order(
     """Return a row a model, the one with the best PAS first, without rotations the best TAS."""
     covered = np.isfinite(poses.est_poses).all(axis=(2, 3)).mean(axis=1)
     rows = []
-    for (name, own), coverage in zip(models.items(), covered.tolist(), strict=True):
+    for (name, poses_of_model), coverage in zip(models.items(), covered.tolist(), strict=True):
         scores = scored[name].scores if name in scored else {}
         of_name = {key: scores.get(key) for key in ("TAS", "RAS", "PAS")}
-        rows.append(Model(name, len(own.keys), coverage, **of_name))
+        rows.append(Model(name, len(poses_of_model.keys), coverage, **of_name))
 
     def score(model: Model) -> tuple[float, float]:
         main = model.TAS if model.PAS is None else model.PAS

@@ -28,9 +28,9 @@ __all__ = [
 ]
 
 OWN = AlignmentWarning, TrajectoryWarning
-SOME = 0.1  # share of the frames that is worth a word
+NOTABLE_SHARE = 0.1  # of the frames
 APART_DEG = 30.0  # between the alignments of positions and rotations that is worth a word
-MIN_POSES = 20  # fewer can fit by chance
+MIN_POSES = 20  # so few can fit by chance
 
 
 def why(error: Exception) -> str:
@@ -50,11 +50,15 @@ def collected_warnings() -> Iterator[list[str]]:
         try:
             yield notes
         finally:
-            own = [str(one.message) for one in caught if issubclass(one.category, OWN)]
-            notes += dict.fromkeys(map(printable, own))
-    for one in caught:
-        if not issubclass(one.category, OWN):
-            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+            texts = [
+                str(warning.message) for warning in caught if issubclass(warning.category, OWN)
+            ]
+            notes += dict.fromkeys(map(printable, texts))
+    for warning in caught:
+        if not issubclass(warning.category, OWN):
+            warnings.warn_explicit(
+                warning.message, warning.category, warning.filename, warning.lineno
+            )
 
 
 def explain(
@@ -141,7 +145,7 @@ def duplicates(evaluation: Evaluation) -> Note | None:
 def few_poses(evaluation: Evaluation) -> Note | None:
     """Note that few poses can fit by chance."""
     n = evaluation.matches.n_poses
-    text = f"only {n} of its poses are scored; few poses can fit by chance"
+    text = f"only {n} of its poses are scored; so few poses can fit by chance"
     return Note("few", text) if n < MIN_POSES else None
 
 
@@ -167,7 +171,7 @@ def frozen(evaluation: Evaluation) -> Note | None:
 
 def ignored_time(evaluation: Evaluation) -> Note | None:
     """Note much lost time that --missing ignore leaves out."""
-    if evaluation.lost <= SOME or evaluation.settings.missing != "ignore":
+    if evaluation.lost <= NOTABLE_SHARE or evaluation.settings.missing != "ignore":
         return None
     text = f"only {1 - evaluation.lost:.0%} of the time is scored, since the rest is lost"
     return Note("ignored", text, "--missing fail counts it as failures")
@@ -185,8 +189,8 @@ def chance(evaluation: Evaluation) -> Note | None:
 def indistinguishable(evaluation: Evaluation) -> Note | None:
     """Note the scores that the errors of the reference alone would explain."""
     perfect, settings = evaluation.perfect or {}, evaluation.settings
-    own = {"TAS": evaluation.tas, "RAS": evaluation.ras, "PAS": evaluation.pas}
-    means = {name: mean for name, (mean, lowest) in perfect.items() if own[name] >= lowest}
+    scores = {"TAS": evaluation.tas, "RAS": evaluation.ras, "PAS": evaluation.pas}
+    means = {name: mean for name, (mean, lowest) in perfect.items() if scores[name] >= lowest}
     if not means or not isinstance(settings.reference_sigma, tuple):
         return None
     sigma, sigma_deg = settings.reference_sigma
@@ -231,15 +235,15 @@ def low_score(evaluation: Evaluation) -> Note | None:
     far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
     turned = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
     reasons = []
-    if evaluation.lost > SOME:
+    if evaluation.lost > NOTABLE_SHARE:
         of = "time" if matches.timed else "frames"
         reasons.append(f"{evaluation.lost:.0%} of the {of} lost")
-    if np.mean(far) > SOME:
+    if np.mean(far) > NOTABLE_SHARE:
         where = _stretch(matches.keys - evaluation.reference.keys[0], far) if matches.timed else ""
         reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")
     bad = f"{np.mean(turned):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
     if np.isfinite(ras.errors).any():
-        reasons.append(bad if np.mean(turned) > SOME else "rotations fine")
+        reasons.append(bad if np.mean(turned) > NOTABLE_SHARE else "rotations fine")
     return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
 
 
@@ -260,11 +264,14 @@ def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
     Stamps in a wrong unit say nothing of it.
     """
     matches = [
-        one.matches
-        for one in evaluations
-        if one.matches.timed and not any(note.kind == "units" for note in one.notes)
+        evaluation.matches
+        for evaluation in evaluations
+        if evaluation.matches.timed and not any(note.kind == "units" for note in evaluation.notes)
     ]
-    return ends_notes([one.keys for one in matches], [one.est_rows >= 0 for one in matches])
+    return ends_notes(
+        [evaluation.keys for evaluation in matches],
+        [evaluation.est_rows >= 0 for evaluation in matches],
+    )
 
 
 def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[Note]:

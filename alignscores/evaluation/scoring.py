@@ -92,9 +92,9 @@ def evaluate(
     """
     asked = changes.get("metrics", ())
     several = isinstance(asked, (list, tuple))
-    functions = [one for one in asked if not isinstance(one, str)] if several else []
+    functions = [entry for entry in asked if not isinstance(entry, str)] if several else []
     if functions:
-        changes["metrics"] = [one for one in asked if isinstance(one, str)]
+        changes["metrics"] = [entry for entry in asked if isinstance(entry, str)]
     settings = changed(settings or Settings(), changes)
     ref_times, est_times = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
     given = reference
@@ -354,18 +354,20 @@ def _metrics(
     """Return the other metrics that have a value, and why others have none."""
     values, notes = {}, []
     names = [name for name in settings.metrics if name not in SCORES]
-    for one in map(metric, [*names, *functions]):
-        name = one.name
-        if "metres" in one.needs and settings.form.unit != "m":
+    for entry in map(metric, [*names, *functions]):
+        name = entry.name
+        if "metres" in entry.needs and settings.form.unit != "m":
             notes.append(Note("metric", f"the reference's unit counts as a metre in {name}"))
         try:
-            if "rotations" in one.needs and not matches.has_rotations:
+            if "rotations" in entry.needs and not matches.has_rotations:
                 raise ValueError(f"{name} needs the rotations of the cameras")
-            if one.sets and matches.keys.dtype.kind == "U":
-                own = of_models or ModelPoses(pairs[1], np.array(matches.unmatched))
-                value = float(one.function(pairs[0], own.est_poses, outliers=own.outliers))
+            if entry.sets and matches.keys.dtype.kind == "U":
+                of_model = of_models or ModelPoses(pairs[1], np.array(matches.unmatched))
+                value = float(
+                    entry.function(pairs[0], of_model.est_poses, outliers=of_model.outliers)
+                )
             else:
-                value = one(*pairs)
+                value = entry(*pairs)
             if not math.isfinite(value):
                 raise ValueError("it is not finite, with so many cameras lost")
             values[name] = value

@@ -1,4 +1,4 @@
-"""The settings of an evaluation: their names, defaults, bounds and help stand here alone."""
+"""The settings of an evaluation: their names, defaults, bounds and help stand only here."""
 
 import math
 import re
@@ -19,12 +19,13 @@ from ..registration import REGISTRATIONS
 from ..similarity import ALIGNMENTS, UP
 from ..texts import brief, printable
 
-__all__ = ["ABOUT", "Settings", "changed"]
+__all__ = ["ABOUT", "SCORES", "Settings", "changed"]
 
-MATCHING, SCORING = "matching", "scoring"  # groups in the help
+# Groups in the help.
+FILES, TIME, CONVENTIONS, SCORES = "files", "time", "conventions", "alignment and scores"
 
 
-def _setting(default: Any, help: str, *, group: str = SCORING, **bounds: Any) -> Any:
+def _setting(default: Any, help: str, *, group: str = SCORES, **bounds: Any) -> Any:
     """Return a field of `Settings` whose values have a `number` type, or are texts or flags.
 
     `least` and `most` bound a number, `above` excludes its bound; `words` may stand instead, and
@@ -35,8 +36,16 @@ def _setting(default: Any, help: str, *, group: str = SCORING, **bounds: Any) ->
     return field(default=default, metadata={"help": help, "group": group, **bounds})
 
 
-def _matching(default: Any, help: str, **bounds: Any) -> Any:
-    return _setting(default, help, group=MATCHING, **bounds)
+def _file(default: Any, help: str, **bounds: Any) -> Any:
+    return _setting(default, help, group=FILES, **bounds)
+
+
+def _time(default: Any, help: str, **bounds: Any) -> Any:
+    return _setting(default, help, group=TIME, **bounds)
+
+
+def _convention(default: Any, help: str, **bounds: Any) -> Any:
+    return _setting(default, help, group=CONVENTIONS, **bounds)
 
 
 def _number(default: float | None, help: str, **bounds: Any) -> Any:
@@ -44,7 +53,7 @@ def _number(default: float | None, help: str, **bounds: Any) -> Any:
 
 
 def _seconds(default: float | str | None, help: str, **bounds: Any) -> Any:
-    return _matching(default, help, number=float, needs="timed", **bounds)
+    return _time(default, help, number=float, needs="timed", **bounds)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,26 +78,26 @@ class Settings:
     ValueError: weight must be a finite number from 0 to 1, not 2
     """
 
-    format: str | None = _matching(None, "format of the files", choices=tuple(FORMATS))
-    est_format: str | None = _matching(
+    format: str | None = _file(None, "format of the files", choices=tuple(FORMATS))
+    est_format: str | None = _file(
         None, "format of the estimates, if it differs", choices=tuple(FORMATS)
     )
-    ref_topic: str | None = _matching(None, "topic of the reference in its bag", needs="topics")
-    est_topic: str | None = _matching(None, "topic of the estimates in their bags", needs="topics")
-    columns: str | None = _matching(
+    ref_topic: str | None = _file(None, "topic of the reference in its bag", needs="topics")
+    est_topic: str | None = _file(None, "topic of the estimates in their bags", needs="topics")
+    columns: str | None = _file(
         None,
         "what the columns of text tables hold, such as 't x y z qx qy qz qw': t_ns for stamps in "
         "ns, n for frame numbers, r11 to r33 for matrices, - for other columns",
         needs="tables",
     )
-    ref_columns: str | None = _matching(None, "the same, for the reference alone", needs="tables")
-    est_columns: str | None = _matching(None, "the same, for the estimates alone", needs="tables")
-    model: str | None = _matching(
+    ref_columns: str | None = _file(None, "the same, only for the reference", needs="tables")
+    est_columns: str | None = _file(None, "the same, only for the estimates", needs="tables")
+    model: str | None = _file(
         None,
         "model of an estimate that has several, such as 0 of sparse/0 and sparse/1 "
         "(default: the best one)",
     )
-    missing: str = _matching(
+    missing: str = _time(
         "fail",
         "frames without a pose count as failures, or are ignored",
         choices=("fail", "ignore"),
@@ -96,7 +105,7 @@ class Settings:
     t_max_diff: float = _seconds(
         0.01, "largest difference between matched time stamps, in s", least=0
     )
-    sync: str = _matching(
+    sync: str = _time(
         "auto",
         "interpolate: compare a pose with the reference interpolated at its time; nearest: compare "
         "each reference pose with the nearest pose; auto: interpolate, unless the reference is too "
@@ -124,21 +133,21 @@ class Settings:
         "without rotations from the speeds; 0 if it is not certain or costs score",
         words=("auto",),
     )
-    frames: FilePath | Floats | tuple[float, ...] | None = _matching(  # noqa: RUF009
+    frames: FilePath | Floats | tuple[float, ...] | None = _time(  # noqa: RUF009
         None,
         "time stamps of the expected frames, instead of --rate, in the first column of a text "
         "file, in s or ns like the estimate; for compare also a pattern with {sequence}",
         needs="timed",
     )
-    invert: bool = _matching(False, "the estimates are world-to-camera: invert them")
-    est_invert: bool = _matching(False, "the same as invert")
-    ref_invert: bool = _matching(False, "the reference is world-to-camera: invert it")
-    body_rotation: str = _matching(
+    invert: bool = _convention(False, "the estimates are world-to-camera: invert them")
+    est_invert: bool = _convention(False, "the same as invert")
+    ref_invert: bool = _convention(False, "the reference is world-to-camera: invert it")
+    body_rotation: str = _convention(
         "none",
         "auto: remove a constant rotation of the camera frame, if one is detected",
         choices=("auto", "none"),
     )
-    lever_arm: str | tuple[float, ...] | None = _matching(
+    lever_arm: str | tuple[float, ...] | None = _convention(
         None,
         "X,Y,Z: position of the reference's prism or antenna in the estimate's body frame; auto: "
         "find it with the alignment",
@@ -218,7 +227,7 @@ class Settings:
         for name, value in values.items():
             object.__setattr__(self, name, value)
         if self.up != Settings.up and self.alignment != "yaw":
-            raise ValueError("up is used by alignment=yaw alone: set that, too, or leave up out")
+            raise ValueError("up is used only by alignment=yaw: set that, too, or leave up out")
         if self.frames is not None and self.missing == "ignore":
             raise ValueError("frames without a pose fail: leave missing=ignore out, or frames")
         if self.frames is not None and self.t_offset == "auto":
@@ -229,7 +238,7 @@ class Settings:
             self._check_format()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the settings as JSON has them; None for those that the format has not.
+        """Return the settings as JSON has them; options that do not apply to the format are None.
 
         Returns
         -------

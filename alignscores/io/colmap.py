@@ -102,7 +102,11 @@ def read_colmap_models(path: FilePath) -> dict[str, Trajectory]:
     if not folder.is_dir() or any(folder.glob("images.*")):
         return {}
     images = {model.name: _images(model) for model in _folders_of_models(folder)}
-    return {name: _trajectory(folder / name, own) for name, own in images.items() if own}
+    return {
+        name: _trajectory(folder / name, images_of_model)
+        for name, images_of_model in images.items()
+        if images_of_model
+    }
 
 
 def read_rig_frames(path: Any) -> dict[str, int]:

@@ -84,7 +84,7 @@ def parse_columns(text: str) -> list[str]:
     words = text.replace(",", " ").split()
     names = [_what(word) for word in words]
     if wrong := [word for word, name in zip(words, names, strict=True) if name == "-" != word]:
-        raise ValueError(f"{wrong[0][:40]!r} is no column: give {COLUMNS}")
+        raise ValueError(f"unknown column {wrong[0][:40]!r}; use {COLUMNS}")
     used = [name for name in names if name != "-"]
     if "x" not in names or _complete(names) != names or len({*used}) < len(used):
         raise ValueError("columns must be x, y and z, and all of a rotation or none, each once")
@@ -153,18 +153,22 @@ def _poses(words: Sequence[str], names: Sequence[str]) -> list[list[int]]:
     for part in parts:
         for owner in dict.fromkeys(owners):
             columns = {
-                name: [i for i, own in enumerate(owners) if (names[i], own) == (name, owner)]
+                name: [
+                    i
+                    for i, columns_of_owner in enumerate(owners)
+                    if (names[i], columns_of_owner) == (name, owner)
+                ]
                 for name in part
             }
             groups[part] += [(owner, list(group)) for group in zip(*columns.values(), strict=False)]
     poses = []
     for owner, position in groups[POSITION]:
         rotations = [(whose, columns) for part in parts[1:4] for whose, columns in groups[part]]
-        own = [columns for whose, columns in rotations if whose == owner]
-        if not own and len(groups[POSITION]) == 1:
-            own = [columns for whose, columns in rotations if not whose]
+        columns_of_owner = [columns for whose, columns in rotations if whose == owner]
+        if not columns_of_owner and len(groups[POSITION]) == 1:
+            columns_of_owner = [columns for whose, columns in rotations if not whose]
         last_row = [column for _, columns in groups[LAST_ROW] for column in columns]
-        poses += [[*position, *rotation, *last_row] for rotation in own or [[]]]
+        poses += [[*position, *rotation, *last_row] for rotation in columns_of_owner or [[]]]
     return poses
 
 

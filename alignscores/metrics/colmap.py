@@ -89,12 +89,12 @@ def colmap_relative_auc(
     check_positive(max_error_deg, "max_error_deg")
     check_positive(accuracy, "accuracy")
     models = est_poses if np.ndim(est_poses) == 4 else np.asarray(est_poses)[None]
-    cameras = [Cameras.check(gt_poses, one) for one in np.asarray(models)]
-    estimated = np.array([one.estimated for one in cameras])
-    n_failed, own = _n_failed(estimated, outliers), estimated.sum(axis=1)
-    measured = (part for one in cameras for part in _errors(one, accuracy))
+    cameras = [Cameras.check(gt_poses, model) for model in np.asarray(models)]
+    estimated = np.array([model.estimated for model in cameras])
+    n_failed, sizes = _n_failed(estimated, outliers), estimated.sum(axis=1)
+    measured = (part for model in cameras for part in _errors(model, accuracy))
     errors = chain(measured, [np.broadcast_to(FAILED, n_failed)])
-    n_pairs = n_failed + int((own * (own - 1)).sum())
+    n_pairs = n_failed + int((sizes * (sizes - 1)).sum())
     return interpolated_auc(errors, n_pairs, max_error_deg, accuracy)
 
 
@@ -103,10 +103,10 @@ def _n_failed(estimated: Booleans, outliers: ArrayLike) -> int:
 
     ``estimated[j, i]`` tells whether model j has camera i. It is at least 1 where there is no pair.
     """
-    n, own = estimated.shape[1], estimated.sum(axis=1)
+    n, sizes = estimated.shape[1], estimated.sum(axis=1)
     together = sum(int(estimated[of].any(axis=0).sum()) - 1 for of in estimated.T if of.any())
-    registered = own + np.asarray(outliers)
-    of_outliers = registered * (registered - 1) - own * (own - 1)
+    registered = sizes + np.asarray(outliers)
+    of_outliers = registered * (registered - 1) - sizes * (sizes - 1)
     n_failed = int(n * (n - 1) - together + of_outliers.sum())
     return n_failed if n > 1 else max(n_failed, 1)
 

@@ -284,7 +284,7 @@ def _metrics() -> list[Metric]:
     rpes: list[Metric] = []
     of_frames: tuple[Need, ...] = ("rotations", "order", "evo")
     of_metres: tuple[Need, ...] = (*of_frames, "metres")
-    for placeholder, read, needs, over, one in (
+    for placeholder, read, needs, over, example in (
         ("FRAMESf", _frames, of_frames, "frames", "1f"),
         ("DISTANCE", _distance, of_metres, "a distance", "1m"),
     ):
@@ -297,7 +297,7 @@ def _metrics() -> list[Metric]:
                 description=f"relative translation error over {over}, of evo",
                 argument=read,
                 options={"error": ("translation", "distance"), **paired},
-                example=f"rpe@{one}",
+                example=f"rpe@{example}",
             ),
             Metric(
                 f"rpe@{placeholder}:rotation",
@@ -307,7 +307,7 @@ def _metrics() -> list[Metric]:
                 description=f"relative rotation error over {over}, of evo",
                 argument=read,
                 options=paired,
-                example=f"rpe@{one}:rotation",
+                example=f"rpe@{example}:rotation",
             ),
         ]
     return [*ates, are, *rpes]

@@ -154,11 +154,11 @@ class Search:
         """
         if row is None:
             return np.full(self._n, np.inf)
-        found = kernel.errors(self._gt, self._est, row, unit=self._gt_frame[3])
+        values = kernel.errors(self._gt, self._est, row, unit=self._gt_frame[3])
         if self._estimated is None:
-            return found
+            return values
         errors = np.full(self._n, np.inf)
-        errors[self._estimated] = found
+        errors[self._estimated] = values
         return errors
 
     def similarity(self, row: Floats | None) -> Similarity | None:

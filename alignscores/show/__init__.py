@@ -122,7 +122,7 @@ def _is_comparison(shown: Any) -> "TypeGuard[Comparison]":
 
 def _several(shown: Any) -> list[Evaluation]:
     """Return a list of evaluations of one reference; raise ValueError for none."""
-    several = [shown] if isinstance(shown, Evaluation) else list(shown)
-    if not several:
+    listed = [shown] if isinstance(shown, Evaluation) else list(shown)
+    if not listed:
         raise ValueError("there is no evaluation to show")
-    return several
+    return listed

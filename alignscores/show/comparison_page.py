@@ -45,12 +45,12 @@ MORE = (
 
 
 def page_of_comparison(
-    found: Comparison, changed: Changes | None = None, reasons: Sequence[str] = ()
+    comparison: Comparison, changed: Changes | None = None, reasons: Sequence[str] = ()
 ) -> str:
     """Return the page; `reasons` are those for which the build fails."""
-    by, drawn = found.by, figures_of_comparison(found)
+    by, drawn = comparison.by, figures_of_comparison(comparison)
     sections: list[dict[str, Any]] = []
-    if notes := notes_of(found, reasons):
+    if notes := notes_of(comparison, reasons):
         sections.append({"heading": "Notes", "notes": notes})
     if changed:
         sections.append(
@@ -60,14 +60,14 @@ def page_of_comparison(
                 "notes": changed.notes,
             }
         )
-    better = "larger" if found.larger else "smaller"
+    better = "larger" if comparison.larger else "smaller"
     sections += [
         {
             "heading": "All sequences",
-            "text": [*legend(found), *conditions(found.settings)],
-            "table": _rows(overall(found, HTML)),
+            "text": [*legend(comparison), *conditions(comparison.settings)],
+            "table": _rows(overall(comparison, HTML)),
         },
-        {"heading": f"{by} by sequence", "table": _rows(by_sequence(found, HTML))},
+        {"heading": f"{by} by sequence", "table": _rows(by_sequence(comparison, HTML))},
     ]
     if "differences" in drawn:
         sections.append(
@@ -90,9 +90,9 @@ def page_of_comparison(
     )
     if "errors" in drawn:
         sections.append({"heading": "Errors over time", "text": MORE, "figure": drawn["errors"]})
-    systems = found.overall["system"].tolist()
+    systems = comparison.overall["system"].tolist()
     more = f" and {len(systems) - 3} more" if systems[3:] else ""
-    return render(f"{by} of {', '.join(systems[:3])}{more}", found.verdict, sections)
+    return render(f"{by} of {', '.join(systems[:3])}{more}", comparison.verdict, sections)
 
 
 def _rows(table: pd.DataFrame) -> list[list[Markup]]:
@@ -100,13 +100,13 @@ def _rows(table: pd.DataFrame) -> list[list[Markup]]:
     return [[Markup(cell) for cell in row] for row in [list(table), *table.to_numpy().tolist()]]
 
 
-def figures_of_comparison(found: Comparison) -> dict[str, go.Figure]:
+def figures_of_comparison(comparison: Comparison) -> dict[str, go.Figure]:
     """Return the figures of the page."""
-    figures = {"runs": _runs(found)}
-    if pairs := differences_of(found):
-        figures["differences"] = _differences(pairs, found.by)
-    if found.errors:
-        figures["errors"] = _errors(found)
+    figures = {"runs": _runs(comparison)}
+    if pairs := differences_of(comparison):
+        figures["differences"] = _differences(pairs, comparison.by)
+    if comparison.errors:
+        figures["errors"] = _errors(comparison)
     return figures
 
 
@@ -121,15 +121,17 @@ def _differences(pairs: Sequence[Mapping[str, Any]], by: str) -> go.Figure:
     rows = range(len(pairs))
     for significant, symbol in ((True, "circle"), (False, "circle-open")):
         chosen = [row for row in rows if isinstance(pairs[row]["better"], str) == significant]
-        own = [pairs[row] for row in chosen]
+        drawn = [pairs[row] for row in chosen]
         marks: dict[str, Any] = {
             "marker": {"symbol": symbol, "size": 11, "color": COLOURS[0], "line": {"width": 2}},
             "hovertemplate": "%{y}: %{x:+.4g}<extra></extra>",
         }
         if significant:
-            above, below = ([abs(one[end] - one["difference"]) for one in own] for end in ENDS)
+            above, below = (
+                [abs(entry[end] - entry["difference"]) for entry in drawn] for end in ENDS
+            )
             marks["error_x"] = {"array": above, "arrayminus": below, "symmetric": False}
-        x = [one["difference"] for one in own]
+        x = [entry["difference"] for entry in drawn]
         name = "significant" if significant else "not significant, or not tested"
         figure.add_scatter(x=x, y=chosen, name=name, mode="markers", **marks)
     figure.add_vline(0, line={"color": "#444", "width": 1})
@@ -145,29 +147,29 @@ def _differences(pairs: Sequence[Mapping[str, Any]], by: str) -> go.Figure:
     return figure.update_layout(**LAYOUT, height=140 + 42 * len(pairs))
 
 
-def _runs(found: Comparison) -> go.Figure:
+def _runs(comparison: Comparison) -> go.Figure:
     """Draw each run on each sequence as a dot, a system a row and a colour."""
-    runs, by = found.distinct, found.by
-    systems, sequences = found.overall["system"].tolist(), runs["sequence"].unique().tolist()
+    runs, by = comparison.distinct, comparison.by
+    systems, sequences = comparison.overall["system"].tolist(), runs["sequence"].unique().tolist()
     finite = runs.loc[np.isfinite(runs[by]), by]
-    worst = (finite.min() if found.larger else finite.max()) if len(finite) else 0.0
+    worst = (finite.min() if comparison.larger else finite.max()) if len(finite) else 0.0
     step = 0.8 / len(systems)
     figure = go.Figure()
     for index, (system, name) in enumerate(zip(systems, distinct(systems, 40), strict=True)):
-        own = runs[runs["system"] == system]
-        y = own["sequence"].map(sequences.index) + step * (index - (len(systems) - 1) / 2)
-        scored = (own["status"] == "scored") & np.isfinite(own[by])
-        means = own[scored].groupby("sequence", sort=False)[by].mean()
-        height = y.groupby(own["sequence"], sort=False).first()
+        of_system = runs[runs["system"] == system]
+        y = of_system["sequence"].map(sequences.index) + step * (index - (len(systems) - 1) / 2)
+        scored = (of_system["status"] == "scored") & np.isfinite(of_system[by])
+        means = of_system[scored].groupby("sequence", sort=False)[by].mean()
+        height = y.groupby(of_system["sequence"], sort=False).first()
         colour = COLOURS[index % len(COLOURS)]
         group: dict[str, Any] = {"name": inert(name), "legendgroup": str(index), "mode": "markers"}
         hover = f"{inert(name)}, run %{{customdata}}"
         dot = {"symbol": SYMBOLS[index % len(SYMBOLS)], "size": 8, "color": colour, "opacity": 0.7}
         figure.add_scatter(
-            x=own.loc[scored, by],
+            x=of_system.loc[scored, by],
             y=y[scored],
             marker=dot,
-            customdata=[inert(run) for run in own.loc[scored, "run"]],
+            customdata=[inert(run) for run in of_system.loc[scored, "run"]],
             hovertemplate=f"{hover}: %{{x:.4g}}<extra></extra>",
             **group,
         )
@@ -179,7 +181,7 @@ def _runs(found: Comparison) -> go.Figure:
             hovertemplate=f"{inert(name)}, mean: %{{x:.4g}}<extra></extra>",
             **group,
         )
-        failed = own[own["status"] != "scored"]
+        failed = of_system[of_system["status"] != "scored"]
         if len(failed):
             figure.add_scatter(
                 x=failed[by].where(np.isfinite(failed[by]), worst),
@@ -204,11 +206,11 @@ def _runs(found: Comparison) -> go.Figure:
     return figure.update_layout(**LAYOUT, height=150 + height_of_one * len(sequences))
 
 
-def _errors(found: Comparison) -> go.Figure:
+def _errors(comparison: Comparison) -> go.Figure:
     """Draw the median position error of each system over the time of each sequence."""
-    settings, systems = found.settings, found.overall["system"].tolist()
+    settings, systems = comparison.settings, comparison.overall["system"].tolist()
     assert settings is not None  # where there are errors
-    sequences = list(dict.fromkeys(run.sequence for run in found.errors))
+    sequences = list(dict.fromkeys(run.sequence for run in comparison.errors))
     height = 230
     figure = make_subplots(
         rows=len(sequences),
@@ -217,19 +219,19 @@ def _errors(found: Comparison) -> go.Figure:
     )
     named: set[str] = set()
     for row, sequence in enumerate(sequences, 1):
-        own = {
+        of_sequence = {
             system: [
                 errors
-                for run, errors in found.errors.items()
+                for run, errors in comparison.errors.items()
                 if (run.system, run.sequence) == (system, sequence)
             ]
             for system in systems
         }
-        times, medians = _medians(own)
-        unit = found.runs.loc[found.runs["sequence"] == sequence, "d"].dropna().iloc[0]
+        times, medians = _medians(of_sequence)
+        unit = comparison.runs.loc[comparison.runs["sequence"] == sequence, "d"].dropna().iloc[0]
         limit = settings.max_threshold * float(unit)
         low, high = log_range(list(medians.values()), limit)
-        place = {"row": row, "col": 1}
+        cell = {"row": row, "col": 1}
         for index, (system, name) in enumerate(zip(systems, distinct(systems, 40), strict=True)):
             if system not in medians:
                 continue
@@ -239,7 +241,7 @@ def _errors(found: Comparison) -> go.Figure:
             area = {"fill": "toself", "fillcolor": COLOURS[index % len(COLOURS)], "opacity": 0.15}
             if len(x):
                 area |= {"mode": "none", "hoverinfo": "skip", "showlegend": False}
-                figure.add_scatter(x=x, y=y, **area, **group, **place)
+                figure.add_scatter(x=x, y=y, **area, **group, **cell)
             ordered = settings.form.ordered
             figure.add_scatter(
                 x=(times[1:] + times[:-1]) / 2,
@@ -250,14 +252,14 @@ def _errors(found: Comparison) -> go.Figure:
                 showlegend=system not in named,
                 hovertemplate=f"%{{customdata:.3g}} {settings.form.unit}",
                 **group,
-                **place,
+                **cell,
             )
             named.add(system)
-        figure.add_hline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **place)
+        figure.add_hline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **cell)
         ends = np.log10([low, high]).tolist()
         title = f"error [{settings.form.unit}]"
-        figure.update_yaxes(type="log", title_text=title, range=ends, tickformat="~g", **place)
-    timed = next(iter(found.errors.values())).timed
+        figure.update_yaxes(type="log", title_text=title, range=ends, tickformat="~g", **cell)
+    timed = next(iter(comparison.errors.values())).timed
     figure.update_xaxes(hoverformat=".1f", ticksuffix=" s" if timed else "")
     title = "time" if timed else "frame" if settings.form.ordered else "image"
     figure.update_xaxes(title_text=title, row=len(sequences), col=1)
@@ -271,16 +273,16 @@ def _medians(runs: Mapping[str, Sequence[Errors]]) -> tuple[Floats, dict[str, Fl
 
     The median is infinite where most frames are lost, and NaN where none is expected.
     """
-    scored = [one for own in runs.values() for one in own]
-    start = min(one.time[0] for one in scored)
-    span = max(one.time[-1] for one in scored) - start or 1.0
+    scored = [run for of_system in runs.values() for run in of_system]
+    start = min(run.time[0] for run in scored)
+    span = max(run.time[-1] for run in scored) - start or 1.0
     edges = np.linspace(0, span, min(N_BINS, max(len(scored[0].time) // 2, 1)) + 1)
     medians = {}
-    for system, own in runs.items():
-        if not own:
+    for system, of_system in runs.items():
+        if not of_system:
             continue
-        times = np.concatenate([one.time for one in own]) - start
-        errors = np.concatenate([one.position for one in own])
+        times = np.concatenate([run.time for run in of_system]) - start
+        errors = np.concatenate([run.position for run in of_system])
         parts = np.clip(np.searchsorted(edges, times, side="right") - 1, 0, len(edges) - 2)
         medians[system] = np.full(len(edges) - 1, np.nan)
         for part in np.unique(parts):

@@ -23,13 +23,13 @@ N_PAIRS = 24  # that are drawn
 COLOUR = "#1f4e79"
 
 
-def figure_of_comparison(found: Comparison, *, interactive: bool = False) -> Figure:
+def figure_of_comparison(comparison: Comparison, *, interactive: bool = False) -> Figure:
     """Draw all runs, and below them the differences of pairs of systems over all sequences.
 
     `interactive`: as a figure of pyplot, which it shows.
     """
-    systems, pairs = found.overall["system"].tolist(), differences_of(found)[:N_PAIRS]
-    sequences = found.distinct["sequence"].unique().tolist()
+    systems, pairs = comparison.overall["system"].tolist(), differences_of(comparison)[:N_PAIRS]
+    sequences = comparison.distinct["sequence"].unique().tolist()
     columns = min(COLUMNS, len(sequences))
     rows = -(-len(sequences) // columns)
     heights = [0.4 + rows * (0.9 + 0.26 * len(systems))]
@@ -39,26 +39,26 @@ def figure_of_comparison(found: Comparison, *, interactive: bool = False) -> Fig
         figure = new_figure(interactive=interactive)
         figure.set_size_inches(10, sum(heights))
         parts = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
-        _draw_runs(parts[0], found, rows, columns)
+        _draw_runs(parts[0], comparison, rows, columns)
         if pairs:
-            _draw_differences(parts[1], pairs, found.by)
+            _draw_differences(parts[1], pairs, comparison.by)
     return figure
 
 
-def _draw_runs(part: SubFigure, found: Comparison, rows: int, columns: int) -> None:
+def _draw_runs(part: SubFigure, comparison: Comparison, rows: int, columns: int) -> None:
     """Draw a panel a sequence, a row a system, a dot a run; a line is the mean, a cross failed."""
-    runs, by = found.distinct, found.by
-    systems, sequences = found.overall["system"].tolist(), runs["sequence"].unique().tolist()
+    runs, by = comparison.distinct, comparison.by
+    systems, sequences = comparison.overall["system"].tolist(), runs["sequence"].unique().tolist()
     panels = part.subplots(rows, columns, sharey=True, squeeze=False).ravel()
     for panel, sequence in zip(panels, sequences, strict=False):
         own = runs[runs["sequence"] == sequence]
-        place = own["system"].map(systems.index)
+        rows_of_systems = own["system"].map(systems.index)
         scored = (own["status"] == "scored") & np.isfinite(own[by])
-        panel.plot(own.loc[scored, by], place[scored], "o", color=COLOUR, alpha=0.6, ms=6)
+        panel.plot(own.loc[scored, by], rows_of_systems[scored], "o", color=COLOUR, alpha=0.6, ms=6)
         means = own[scored].groupby("system")[by].mean()
         panel.plot(means, means.index.map(systems.index), "k|", ms=15, mew=1.5)
         failed = (own["status"] != "scored") & np.isfinite(own[by])
-        panel.plot(own.loc[failed, by], place[failed], "x", color="k", ms=6)
+        panel.plot(own.loc[failed, by], rows_of_systems[failed], "x", color="k", ms=6)
         panel.set_title(sequence, parse_math=False)
         panel.grid(axis="x", alpha=0.3)
     for panel in panels[len(sequences) :]:

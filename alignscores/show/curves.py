@@ -93,9 +93,9 @@ def curve(evaluation: Evaluation, score: str) -> Curve:
         errors=errors,
         lost=_stretches(frames(evaluation), lost),
         deficits=[
-            (float(low[rows[one.start]]), float(high[rows[one.end]]), one)
-            for one in evaluation.deficits
-            if one.score == score and one.start is not None
+            (float(low[rows[stretch.start]]), float(high[rows[stretch.end]]), stretch)
+            for stretch in evaluation.deficits
+            if stretch.score == score and stretch.start is not None
         ],
     )
 

@@ -106,14 +106,14 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     scale["size"] = 3
     add(drawn, "reference", "reference", hoverinfo="skip", **look)
     by_error = []  # traces that a button shows
-    for index, one in enumerate(scored):
-        errors = curve(one, "TAS").errors.astype(np.float32)
-        positions = over_expected(one, one.positions, np.nan) - origin
-        has_pose, group, where = finite_rows(positions), str(index), _places(one)
+    for index, evaluation in enumerate(scored):
+        errors = curve(evaluation, "TAS").errors.astype(np.float32)
+        positions = over_expected(evaluation, evaluation.positions, np.nan) - origin
+        has_pose, group, where = finite_rows(positions), str(index), _places(evaluation)
         far = has_pose & (errors >= limit)
         add(
             positions,
-            one.name,
+            evaluation.name,
             group,
             mode="lines" if ordered else "markers",
             line={"color": COLOURS[index % len(COLOURS)], "width": 5},
@@ -126,7 +126,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
         by_error += [len(figure.data), len(figure.data) + 1]
         add(
             positions[has_pose],
-            one.name,
+            evaluation.name,
             group,
             mode="markers",
             marker={
@@ -139,11 +139,11 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
         )
         ways = np.stack([path, positions, np.full_like(path, np.nan)], axis=1)[far]
         style = {"color": BEYOND, "width": 1.5}
-        add(ways.reshape(-1, 3), one.name, group, mode="lines", line=style, **hidden)
+        add(ways.reshape(-1, 3), evaluation.name, group, mode="lines", line=style, **hidden)
         if not has_pose.all():
             add(
                 path[~has_pose],
-                f"{one.name}: lost",
+                f"{evaluation.name}: lost",
                 group,
                 mode="markers",
                 marker={"size": 2, "color": "#333333"},
@@ -188,7 +188,7 @@ def _places(evaluation: Evaluation) -> list[str]:
 
 def _errors(scored: Sequence[Evaluation]) -> go.Figure:
     """Draw the errors over time on logarithmic axes, lost time, and what costs the scores most."""
-    kinds = ["TAS", "RAS"] if any(one.has_rotations for one in scored) else ["TAS"]
+    kinds = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
     n = len(scored)
     figure = make_subplots(
         rows=2 * len(kinds),
@@ -200,38 +200,38 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
     dots = "lines" if ordered else "markers"
     for k, score in enumerate(kinds):
         curves = {
-            index: curve(one, score)
-            for index, one in enumerate(scored)
-            if score == "TAS" or one.has_rotations
+            index: curve(evaluation, score)
+            for index, evaluation in enumerate(scored)
+            if score == "TAS" or evaluation.has_rotations
         }
         low, high = log_range(
-            [own.errors for own in curves.values()], next(iter(curves.values())).limit
+            [drawn.errors for drawn in curves.values()], next(iter(curves.values())).limit
         )
         above, below = {"row": 2 * k + 1, "col": 1}, {"row": 2 * k + 2, "col": 1}
-        for index, own in curves.items():
-            one = scored[index]
-            group = {"legendgroup": str(index), "name": inert(one.name), "showlegend": False}
+        for index, drawn in curves.items():
+            evaluation = scored[index]
+            group = {"legendgroup": str(index), "name": inert(evaluation.name), "showlegend": False}
             colour = COLOURS[index % len(COLOURS)]
-            x, y = rectangles(own.lost, low, high)
+            x, y = rectangles(drawn.lost, low, high)
             area = {"fill": "toself", "fillcolor": colour, "opacity": 0.18, "mode": "none"}
             if len(x):
                 figure.add_scatter(x=x, y=y, **area, **group, hoverinfo="skip", **below)
-            errors = np.where(np.isfinite(own.errors), np.maximum(own.errors, low), np.nan)
-            values = [frames(one), errors, own.errors]
-            x, y, true = with_breaks(one, np.column_stack(values)).T if ordered else values
-            unit = own.label.partition("[")[2].rstrip("]")
+            errors = np.where(np.isfinite(drawn.errors), np.maximum(drawn.errors, low), np.nan)
+            values = [frames(evaluation), errors, drawn.errors]
+            x, y, true = with_breaks(evaluation, np.column_stack(values)).T if ordered else values
+            unit = drawn.label.partition("[")[2].rstrip("]")
             figure.add_scatter(
                 x=x,
                 y=y,
                 customdata=np.where(np.isfinite(true), true, np.nan).astype(np.float32),
-                text=None if ordered else _places(one),
+                text=None if ordered else _places(evaluation),
                 mode=dots,
                 line={**style(index), "width": 1.5},
                 hovertemplate=f"{'' if ordered else '%{text}: '}%{{customdata:.3g}} {unit}",
                 **{**group, "showlegend": k == 0},
                 **below,
             )
-            figure.add_scatter(**_bars(own, index), **group, **above)
+            figure.add_scatter(**_bars(drawn, index), **group, **above)
         limit = next(iter(curves.values())).limit
         figure.add_hline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **below)
         label = next(iter(curves.values())).label
@@ -240,8 +240,8 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
         figure.update_yaxes(visible=False, range=[n - 0.4, -0.6], **above)
         note = {"text": f"what costs the {score} most", "showarrow": False, "font": {"size": 11}}
         edge = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom"}
-        place = {"xref": "x domain", "yref": f"y{2 * k + 1 if k else ''} domain"}
-        figure.add_annotation(**note, **edge, **place)
+        domain = {"xref": "x domain", "yref": f"y{2 * k + 1 if k else ''} domain"}
+        figure.add_annotation(**note, **edge, **domain)
     last = 2 * len(kinds)
     figure.update_xaxes(title_text=time_label(first).partition(" ")[0], row=last, col=1)
     timed = first.matches.timed
@@ -250,10 +250,10 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
     return figure.update_layout(**LAYOUT, height=height, hovermode="x unified")
 
 
-def _bars(own: Curve, index: int) -> dict[str, Any]:
+def _bars(drawn: Curve, index: int) -> dict[str, Any]:
     """Return a trace with the stretches that cost a score most, each with what it costs."""
     x, texts = [], []
-    for begin, end, deficit in own.deficits:
+    for begin, end, deficit in drawn.deficits:
         text = f"{deficit.cause}: costs {deficit.cost:.3f} of the {deficit.score}, "
         text += f"{deficit.share:.1%} of what is missing"
         x += [begin, (begin + end) / 2, end, None]
@@ -265,32 +265,32 @@ def _bars(own: Curve, index: int) -> dict[str, Any]:
 
 def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
     """Draw the scores over their largest thresholds."""
-    kinds = ["TAS", "RAS"] if any(one.has_rotations for one in scored) else ["TAS"]
+    kinds = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
     figure = make_subplots(rows=len(kinds), vertical_spacing=0.2)
     for k, score in enumerate(kinds):
-        place = {"row": k + 1, "col": 1}
+        cell = {"row": k + 1, "col": 1}
         unit = scored[0].settings.form.unit if score == "TAS" else "deg"
         limit = curve(scored[0], score).limit
         largest = limit * np.geomspace(0.01, 10, N_PROFILE)
-        for index, one in enumerate(scored):
-            if score == "RAS" and not one.has_rotations:
+        for index, evaluation in enumerate(scored):
+            if score == "RAS" and not evaluation.has_rotations:
                 continue
             figure.add_scatter(
                 x=largest,
-                y=_scores(one, score, largest),
-                name=inert(one.name),
+                y=_scores(evaluation, score, largest),
+                name=inert(evaluation.name),
                 legendgroup=str(index),
                 showlegend=k == 0,
                 mode="lines",
                 line={**style(index), "width": 2},
                 hovertemplate="%{y:.3f}",
-                **place,
+                **cell,
             )
-        figure.add_vline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **place)
+        figure.add_vline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **cell)
         title = f"largest threshold [{unit}]"
-        figure.update_xaxes(type="log", title_text=title, dtick=1, tickformat="~g", **place)
-        figure.update_xaxes(hoverformat=".3g", **place)
-        figure.update_yaxes(range=[0, 1.02], title_text=score, **place)
+        figure.update_xaxes(type="log", title_text=title, dtick=1, tickformat="~g", **cell)
+        figure.update_xaxes(hoverformat=".3g", **cell)
+        figure.update_yaxes(range=[0, 1.02], title_text=score, **cell)
     return figure.update_layout(**LAYOUT, height=320 * len(kinds), hovermode="x unified")
 
 

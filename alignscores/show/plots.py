@@ -128,10 +128,13 @@ def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str 
     axes.set_title(title, parse_math=False)
     if len(scored) == 1:
         _draw_by_error(part, axes, first, reference, view)
-    for line, one in zip(_lines(scored), scored if scored[1:] else [], strict=False):
-        _draw_path(axes, one, one.positions[:, view], line)
-        own, positions = curve(one, "TAS"), over_expected(one, one.positions, np.nan)
-        far = _thinned(finite_rows(positions) & (own.errors >= own.limit))
+    for line, evaluation in zip(_lines(scored), scored if scored[1:] else [], strict=False):
+        _draw_path(axes, evaluation, evaluation.positions[:, view], line)
+        tas, positions = (
+            curve(evaluation, "TAS"),
+            over_expected(evaluation, evaluation.positions, np.nan),
+        )
+        far = _thinned(finite_rows(positions) & (tas.errors >= tas.limit))
         cross = {"color": line["color"], "linestyle": "", "marker": "x", "markersize": 5}
         axes.plot(*positions[far][:, view].T, **cross)
     # A box around the reference, so that an estimate far away does not shrink the rest.
@@ -158,16 +161,16 @@ def _draw_by_error(
     part: SubFigure, axes: Axes, evaluation: Evaluation, reference: Floats, view: list[int]
 ) -> None:
     """Draw positions coloured by their error, outliers as crosses, and lost frames."""
-    own, unit = curve(evaluation, "TAS"), evaluation.settings.form.unit
+    tas, unit = curve(evaluation, "TAS"), evaluation.settings.form.unit
     positions = over_expected(evaluation, evaluation.positions, np.nan)
     lost = ~finite_rows(positions)
-    far = ~lost & (own.errors >= own.limit)
+    far = ~lost & (tas.errors >= tas.limit)
     near = ~lost & ~far
     # From the reference to each outlier, which may be outside the box.
     ways = np.stack([reference, positions, np.full_like(reference, np.nan)], axis=1)[far]
     axes.plot(*ways.reshape(-1, 3)[:, view].T, color=BEYOND, linewidth=0.6, alpha=0.6)
-    dots: dict[str, Any] = {"c": own.errors[near], "s": 20, "linewidth": 0, "zorder": 3}
-    dots |= {"cmap": ERRORS, "vmin": 0, "vmax": own.limit}
+    dots: dict[str, Any] = {"c": tas.errors[near], "s": 20, "linewidth": 0, "zorder": 3}
+    dots |= {"cmap": ERRORS, "vmin": 0, "vmax": tas.limit}
     crosses: dict[str, Any] = {"marker": "x", "s": 28, "c": BEYOND, "linewidth": 1.2, "zorder": 4}
     holes: dict[str, Any] = {"marker": "o", "s": 16, "c": "none", "edgecolor": "0.2"}
     holes |= {"linewidth": 0.8, "zorder": 4}
@@ -177,7 +180,7 @@ def _draw_by_error(
     part.colorbar(points, ax=axes, label=f"position error [{unit}]", extend="max", aspect=30)
     shown = {
         "reference": Line2D([], [], linewidth=2, **REFERENCE),
-        f"beyond {own.limit:.3g} {unit}": Line2D([], [], marker="x", color=BEYOND, linestyle=""),
+        f"beyond {tas.limit:.3g} {unit}": Line2D([], [], marker="x", color=BEYOND, linestyle=""),
         "lost": Line2D([], [], marker="o", color="0.2", linestyle="", fillstyle="none", ms=5),
     }
     part.legend(shown.values(), shown.keys(), loc="outside lower left", ncols=3, frameon=False)
@@ -189,7 +192,7 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
     for axes, name in zip(panels, ("TAS", "RAS"), strict=True):
         unit = scored[0].settings.form.unit if name == "TAS" else "deg"
         axes.set_xlabel(f"threshold [{unit}]")
-        results = [curve(one, name).result for one in scored]
+        results = [curve(evaluation, name).result for evaluation in scored]
         if len(results) == 1:
             (only,) = results
             n, frequency = len(only.errors), only.cumulative_frequency
@@ -208,49 +211,58 @@ def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
     panels = part.subplots(2, 1, sharex=True)
     what = "errors over time" if scored[0].settings.form.ordered else "errors by image"
     for axes, name in zip(panels, ("TAS", "RAS"), strict=True):
-        curves = [curve(one, name) for one in scored]
+        curves = [curve(evaluation, name) for evaluation in scored]
         axes.set(yscale="log", ylabel=curves[0].label)
-        for row, (line, one, own) in enumerate(zip(_lines(scored), scored, curves, strict=True)):
-            shown = np.where(np.isfinite(own.errors) & (own.errors > 0), own.errors, np.nan)
-            _draw_line(axes, one, frames(one), shown, line)
-            for low, high in own.lost:
+        for row, (line, evaluation, drawn) in enumerate(
+            zip(_lines(scored), scored, curves, strict=True)
+        ):
+            shown = np.where(np.isfinite(drawn.errors) & (drawn.errors > 0), drawn.errors, np.nan)
+            _draw_line(axes, evaluation, frames(evaluation), shown, line)
+            for low, high in drawn.lost:
                 axes.axvspan(low, high, color=line["color"], alpha=0.15, linewidth=0)
             if row < NAMED:
                 _mark_deficits(
-                    axes, own, frames(one), line["color"], 0 if len(scored) == 1 else row + 1
+                    axes,
+                    drawn,
+                    frames(evaluation),
+                    line["color"],
+                    0 if len(scored) == 1 else row + 1,
                 )
         axes.axhline(curves[0].limit, color="0.3", linewidth=0.8, linestyle=":")
         axes.margins(x=0)
-        n_rows = max(len(own.deficits) for own in curves) if len(scored) == 1 else len(scored)
+        n_rows = max(len(drawn.deficits) for drawn in curves) if len(scored) == 1 else len(scored)
         pad = 8 + (11 if len(scored) == 1 else 4) * min(n_rows, NAMED)
         title = f"{what}; bars: what costs the {name} most, as shares of 1 − {name}"
         axes.set_title(title, pad=pad)
     panels[1].set_xlabel(f"{time_label(scored[0])} (shaded: lost; dotted: largest threshold)")
 
 
-def _mark_deficits(axes: Axes, own: Curve, x: Floats, colour: Any, row: int) -> None:
+def _mark_deficits(axes: Axes, drawn: Curve, x: Floats, colour: Any, row: int) -> None:
     """Draw the stretches that cost a score most above the axes, each with its share and cause.
 
     A single estimate, of row 0, has a row a stretch; of several each has its row, without words.
     """
     low, high = x.min(), x.max()
-    for k, (start, end, deficit) in enumerate(own.deficits):
+    for k, (start, end, deficit) in enumerate(drawn.deficits):
         points = 8 + 11 * k if row == 0 else 4 * row
         up = ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)
-        place: dict[str, Any] = {"transform": axes.get_xaxis_transform() + up, "clip_on": False}
+        style_of_bar: dict[str, Any] = {
+            "transform": axes.get_xaxis_transform() + up,
+            "clip_on": False,
+        }
         wide = 5 if row == 0 else 2.5
-        axes.plot([start, end], [1, 1], color=colour, linewidth=wide, **place)
+        axes.plot([start, end], [1, 1], color=colour, linewidth=wide, **style_of_bar)
         if row:
             continue
         text = f"{deficit.share:.0%} {deficit.cause}"
         style: dict[str, Any] = {"fontsize": 8, "va": "center_baseline"}
         if end < low + 0.8 * (high - low):
-            axes.text(end, 1, f"  {text}", ha="left", **style, **place)
+            axes.text(end, 1, f"  {text}", ha="left", **style, **style_of_bar)
         elif start > low + 0.2 * (high - low):
-            axes.text(start, 1, f"{text}  ", ha="right", **style, **place)
+            axes.text(start, 1, f"{text}  ", ha="right", **style, **style_of_bar)
         else:
             box = {"facecolor": "white", "edgecolor": "none", "pad": 1}
-            axes.text((start + end) / 2, 1, text, ha="center", bbox=box, **style, **place)
+            axes.text((start + end) / 2, 1, text, ha="center", bbox=box, **style, **style_of_bar)
 
 
 def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
@@ -263,12 +275,14 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     angles = _continuous(_angles(poses[:, :3, :3], order))
     truth = np.column_stack([poses[:, :3, 3], angles[:, columns]])
     drawn = [(first, frames(first), truth, {**REFERENCE, "linewidth": 2.5})]
-    for line, one in zip(_lines(scored), scored, strict=True):
-        alignment, rotations = one.result.ras.alignment, one.matches.est_poses[:, :3, :3]
+    for line, each in zip(_lines(scored), scored, strict=True):
+        alignment, rotations = each.result.ras.alignment, each.matches.est_poses[:, :3, :3]
         turned = rotations * np.nan if alignment is None else alignment.T @ rotations
-        own = _nearest(over_expected(one, _angles(turned, order), np.nan), angles)
-        values = np.column_stack([over_expected(one, one.positions, np.nan), own[:, columns]])
-        drawn.append((one, _pose_times(one), values, line))
+        estimated = _nearest(over_expected(each, _angles(turned, order), np.nan), angles)
+        values = np.column_stack(
+            [over_expected(each, each.positions, np.nan), estimated[:, columns]]
+        )
+        drawn.append((each, _pose_times(each), values, line))
     names = f"x [{unit}]", f"y [{unit}]", f"z [{unit}]", "roll [deg]", "pitch [deg]", "yaw [deg]"
     for k, (axes, name) in enumerate(zip(panels.T.flat, names, strict=True)):
         axes.set_ylabel(name)
@@ -348,7 +362,7 @@ def score_panel(
 def _lines(scored: Sequence[Evaluation]) -> list[dict[str, Any]]:
     """Return the styles of estimates: colours and dashes for the first, grey for the others."""
     colours = ERRORS(np.linspace(0.15, 0.85, min(len(scored), NAMED)))
-    named = [{"color": one, "linestyle": dash} for one, dash in zip(colours, cycle(DASHES))]
+    named = [{"color": colour, "linestyle": dash} for colour, dash in zip(colours, cycle(DASHES))]
     return [*named, *[OTHERS] * (len(scored) - NAMED)]
 
 
@@ -382,7 +396,7 @@ def _add_legend(part: SubFigure, scored: Sequence[Evaluation]) -> None:
     handles += [Line2D([], [], linewidth=1.5, **line) for line in _lines(scored)[:NAMED]]
     numbers = map(str, range(len(handles)))
     legend = part.legend(handles, numbers, loc="outside lower left", handlelength=3, frameon=False)
-    names = distinct([one.name for one in scored], LONGEST)
+    names = distinct([evaluation.name for evaluation in scored], LONGEST)
     for text, name in zip(legend.get_texts(), ["reference", *names], strict=False):
         # Set later, since a label that begins with _ would be hidden.
         text.set(text=name, parse_math=False)

@@ -23,36 +23,42 @@ __all__ = ["json_report", "markdown_report", "text_report"]
 
 
 def text_report(
-    found: Comparison, changed: Changes | None = None, *, columns: int, verbose: bool = False
+    comparison: Comparison, changed: Changes | None = None, *, columns: int, verbose: bool = False
 ) -> str:
     """Return verdict, notes, tables and what changed for a terminal."""
-    notes = [f"note: {note}" for note in found.notes + (found.low_scores if verbose else [])]
-    parts = ["\n".join(fill(line, columns) for line in lines) for lines in (found.verdict, notes)]
-    parts += [as_text(table, columns) for table in (overall(found), by_sequence(found))]
-    parts.append("\n".join(legend(found) + (conditions(found.settings) if verbose else [])))
+    notes = [
+        f"note: {note}" for note in comparison.notes + (comparison.low_scores if verbose else [])
+    ]
+    parts = [
+        "\n".join(fill(line, columns) for line in lines) for lines in (comparison.verdict, notes)
+    ]
+    parts += [as_text(table, columns) for table in (overall(comparison), by_sequence(comparison))]
+    parts.append(
+        "\n".join(legend(comparison) + (conditions(comparison.settings) if verbose else []))
+    )
     if changed:
-        header = f"{found.by} against {printable(changed.file)}"
+        header = f"{comparison.by} against {printable(changed.file)}"
         table = as_text(changes_table(changed), columns)
         parts.append("\n".join([header, table, *changed.notes]))
     return "\n\n".join(filter(None, parts)) + "\n"
 
 
 def markdown_report(
-    found: Comparison, changed: Changes | None = None, reasons: Sequence[str] = ()
+    comparison: Comparison, changed: Changes | None = None, reasons: Sequence[str] = ()
 ) -> str:
     """Return verdict, all notes, what changed, and tables in Markdown."""
     parts = [f"**Fails:** {markdown(reason)}" for reason in reasons]
-    parts += map(markdown, found.verdict)
-    parts.append("\n".join(f"- {markdown(note)}" for note in notes_of(found)))
+    parts += map(markdown, comparison.verdict)
+    parts.append("\n".join(f"- {markdown(note)}" for note in notes_of(comparison)))
     if changed:
-        parts.append(f"{found.by} against {markdown(printable(changed.file))}:")
+        parts.append(f"{comparison.by} against {markdown(printable(changed.file))}:")
         parts.append(as_markdown(changes_table(changed, MARKDOWN)))
         parts += map(markdown, changed.notes)
-    parts += [as_markdown(table(found, MARKDOWN)) for table in (overall, by_sequence)]
-    return "\n\n".join(filter(None, [*parts, *map(markdown, legend(found))])) + "\n"
+    parts += [as_markdown(table(comparison, MARKDOWN)) for table in (overall, by_sequence)]
+    return "\n\n".join(filter(None, [*parts, *map(markdown, legend(comparison))])) + "\n"
 
 
-def json_report(found: Comparison, changed: Changes | None = None) -> str:
+def json_report(comparison: Comparison, changed: Changes | None = None) -> str:
     """Return the comparison, and what changed, as JSON."""
     baseline = {"baseline": changed.to_dict()} if changed else {}
-    return json.dumps(found.to_dict() | baseline, indent=2, allow_nan=False) + "\n"
+    return json.dumps(comparison.to_dict() | baseline, indent=2, allow_nan=False) + "\n"

@@ -34,7 +34,7 @@ def recording(scored: Sequence[Evaluation]) -> bytes:
     first = scored[0]
     poses = first.reference.poses[first.matches.expected_rows]
     origin = poses[0, :3, 3]
-    names = [rr.new_entity_path(["estimates", printable(one.name)]) for one in scored]
+    names = [rr.new_entity_path(["estimates", printable(each.name)]) for each in scored]
     series = [
         blueprint.TimeSeriesView(
             name=kind.replace("_", " "), contents=[f"{name}/{kind}" for name in names]

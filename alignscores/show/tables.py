@@ -38,12 +38,15 @@ def rows_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
     """Return the table of the estimates; of their metrics where the settings have any."""
     names, settings = _names(scored, longest), scored[0].settings
     if not settings.metrics:
-        rows = [[name, *_row(one).values()] for name, one in zip(names, scored, strict=True)]
+        rows = [
+            [name, *_row(evaluation).values()]
+            for name, evaluation in zip(names, scored, strict=True)
+        ]
         return [["estimate", *_row(scored[0])], *rows]
     headers = [header(name, settings.form.unit) for name in settings.metrics]
     rows = [
-        [name, *(_number(key, one.value(key)) for key in settings.metrics)]
-        for name, one in zip(names, scored, strict=True)
+        [name, *(_number(key, evaluation.value(key)) for key in settings.metrics)]
+        for name, evaluation in zip(names, scored, strict=True)
     ]
     return [["estimate", *headers], *rows]
 
@@ -72,7 +75,7 @@ def _text(value: float | None, form: str) -> str:
 
 
 def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
-    return distinct([printable(one.name) for one in scored], longest)
+    return distinct([printable(evaluation.name) for evaluation in scored], longest)
 
 
 def _number(name: str, value: float | None) -> str:
@@ -91,12 +94,12 @@ def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
     header = ["estimate", "score", f"from{unit}", f"to{unit}"]
     header += [time_label(first).partition(" ")[0].replace("time", "frame") + "s"]
     rows = [[*header, "cause", "cost", "share of 1 - score"]]
-    for name, one in zip(names, scored, strict=True):
-        for own in one.deficits:
-            ends = (own.start, own.end) if own.start is not None else ("rest", "")
+    for name, evaluation in zip(names, scored, strict=True):
+        for stretch in evaluation.deficits:
+            ends = (stretch.start, stretch.end) if stretch.start is not None else ("rest", "")
             texts = [f"{e:.1f}" if isinstance(e, float) else printable(str(e)) for e in ends]
-            costs = [f"{own.cost:.3f}", f"{own.share:.1%}"]
-            rows.append([name, own.score, *texts, str(own.frames), own.cause, *costs])
+            costs = [f"{stretch.cost:.3f}", f"{stretch.share:.1%}"]
+            rows.append([name, stretch.score, *texts, str(stretch.frames), stretch.cause, *costs])
     return rows
 
 
@@ -122,12 +125,12 @@ def models_of(
 ) -> Rows:
     """Return the table of the models of estimates of several, at most so many of each."""
     rows = [["estimate", "model", "images", "coverage", "TAS", "RAS", "PAS"]]
-    for name, one in zip(_names(scored, longest), scored, strict=True):
-        for model in one.models[:most]:
+    for name, evaluation in zip(_names(scored, longest), scored, strict=True):
+        for model in evaluation.models[:most]:
             scores = [_number(key, getattr(model, key)) for key in ("TAS", "RAS", "PAS")]
             size = [str(model.images), f"{model.coverage:.1%}"]
             rows.append([name, printable(model.name), *size, *scores])
-        if rest := len(one.models[most:]) if most else 0:
+        if rest := len(evaluation.models[most:]) if most else 0:
             rows.append([name, f"{rest} more", *5 * [""]])
     return rows
 
@@ -183,7 +186,7 @@ def csv(scored: Sequence[Evaluation]) -> str:
 
     What a spreadsheet would take for a formula gets an apostrophe.
     """
-    table = require("pandas", "tables").concat([one.to_frame() for one in scored])
+    table = require("pandas", "tables").concat([evaluation.to_frame() for evaluation in scored])
     return as_csv(table)
 
 
@@ -204,7 +207,7 @@ def conditions(scored: Sequence[Evaluation]) -> list[str]:
     """Return a line on how the estimates were scored, and one on their scales if they are off."""
     settings = scored[0].settings
     lines = [_conditions(scored[0])]
-    scales = {one.name: one.scale for one in scored}
+    scales = {evaluation.name: evaluation.scale for evaluation in scored}
     if not settings.metrics and (scale := scale_note(scales, settings)):
         lines.append(scale)
     return lines
@@ -235,7 +238,10 @@ def _conditions(first: Evaluation) -> str:
 
 def notes_of(scored: Sequence[Evaluation], more: Sequence[str] = ()) -> list[str]:
     """Return all notes, those on the reference and on files that failed first."""
-    return [*more, *(note.named(one.name) for one in scored for note in one.notes)]
+    return [
+        *more,
+        *(note.named(evaluation.name) for evaluation in scored for note in evaluation.notes),
+    ]
 
 
 def terms(scored: Sequence[Evaluation]) -> list[tuple[str, str]]:

@@ -52,10 +52,7 @@ def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path, beyond):
     [
         ("", "scenarios is missing"),
         ("scenarios: {a: {}", "cannot be read"),
-        (
-            "scenarios: {a b: {}}",
-            "scenarios has the key 'a b', which may have only letters",
-        ),
+        ("scenarios: {a b: {}}", "scenarios has the key 'a b', which may have only letters"),
         ("scenarios: {a: {geometry: sphere}}", "scenarios.a: setting 'geometry': must be one of"),
         ("scenarios: {a: {noise: product}}", "scenarios.a: needs noise=paired"),
         (

@@ -87,7 +87,7 @@ def test_arrays_without_stamps_go_by_rows(run, score, trajectories, tmp_path):
     (result,) = score("arrays", *files)
     assert (result["n"], result["no_position"], result["TAS"]) == (40, 10, 0.75)
     np.save(files[1], poses[1:])
-    assert "the reference has 40 poses, the estimate 39: without stamps" in run(*files)[2]
+    assert "the reference has 40 poses, the estimate 39, and both count" in run(*files)[2]
     np.save(files[1], np.concatenate([poses[1:], np.full((1, 4, 4), np.nan)]))
     assert "stamps seem to be off" not in run("arrays", *files)[2]  # a row is no time
 

@@ -112,7 +112,7 @@ def test_duplicates_are_noted_or_refused():
 
 
 def test_few_scored_poses_are_noted():
-    note = "only 19 of its poses are scored; few poses can fit by chance"
+    note = "only 19 of its poses are scored; so few poses can fit by chance"
     for n, said in ((19, True), (20, False)):
         rows = np.linspace(0, len(TRUTH.keys) - 1, n).round().astype(int)
         estimate = Trajectory(TRUTH.keys[rows], TRUTH.poses[rows])

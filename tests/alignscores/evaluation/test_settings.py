@@ -71,7 +71,7 @@ def test_what_needs_time_stamps_is_refused_without(form, changes):
         ({"format": "nerf", "metrics": "TAS,rpe@1m"}, "rpe@1m needs the order of time"),
         ({"metrics": "rpe@1s"}, "unknown metric 'rpe@1s'; close to it are rpe@1m"),
         ({"metrics": ["ATE", abs]}, "metrics must be names"),
-        ({"alignment": "rigid", "up": "y"}, "up is used by alignment=yaw alone: set that, too, or"),
+        ({"alignment": "rigid", "up": "y"}, "up is used only by alignment=yaw: set that, too, or"),
         ({"missing": "ignore", "frames": "f"}, "frames without a pose fail"),
         ({"t_offset": "auto", "frames": "f"}, "frames need t_offset in seconds: auto would"),
     ],

@@ -172,7 +172,7 @@ def test_unknown_tables_are_refused_in_one_sentence(write, text, named, reason):
         ("t x y z qx qy qz", "x, y and z, and all of a rotation or none, each once"),
         ("t x y x", "x, y and z, and all"),
         ("t qx qy qz qw", "x, y and z"),
-        ("t x y z foo", "'foo' is no column: give t "),
+        ("t x y z foo", "unknown column 'foo'; use t "),
     ],
 )
 def test_impossible_columns_are_refused(write, columns, reason):
