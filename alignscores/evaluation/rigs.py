@@ -6,7 +6,6 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Floats, Indices
@@ -19,6 +18,7 @@ __all__ = ["by_keys", "clumps", "of_groups", "of_model", "rig_frames"]
 
 FAR = 3  # times as distant; on a smooth path it is twice at most
 MAX_CAMERAS = 12  # of a rig
+SAMPLE = 200  # cameras whose neighbours are looked for
 
 
 def of_groups(reference: Any, groups: ArrayLike) -> dict[Any, int]:
@@ -89,7 +89,11 @@ def clumps(positions: Floats, d: float) -> tuple[int, float]:
     k = min(MAX_CAMERAS, len(positions) // 4)  # d needs four rig frames
     if k < 2:
         return 0, 0.0
-    distances = scipy.spatial.KDTree(positions).query(positions, k=k + 1)[0][:, 1:]
+    # To import SciPy's k-d tree takes as long as all else of a short recording.
+    rows = np.linspace(0, len(positions) - 1, min(SAMPLE, len(positions))).astype(int)
+    of_rows = (np.linalg.norm(positions - positions[row], axis=1) for row in rows)
+    nearest = np.stack([np.partition(one, k)[: k + 1] for one in of_rows])
+    distances = np.sort(nearest, axis=1)[:, 1:]
     far = np.mean(distances[:, 1:] > FAR * distances[:, :-1], axis=0)
     n = int(np.argmax(far)) + 1
     spacing = float(np.quantile(distances[:, n], 0.75, method="inverted_cdf"))
