@@ -26,10 +26,8 @@ STUDIES = 24
 LITERAL = ["tas.registration=literal_frames", "outliers=last", "geometry=x_axis", "frame=study"]
 READINGS: Mapping[str, tuple[str, Sequence[str]]] = {  # by name: experiment and settings
     "line, as chosen here": ("maa_vs_pas_collinear", []),
-    "line, literal frames, last cameras, one direction, 100 hypotheses": (
-        "maa_vs_pas_collinear",
-        [*LITERAL, "tas.n_hypotheses=100"],
-    ),
+    "line, literal frames, last cameras, one direction": ("maa_vs_pas_collinear", LITERAL),
+    "line, the same, 100 hypotheses": ("maa_vs_pas_collinear", [*LITERAL, "tas.n_hypotheses=100"]),
     "line, the same, 50 hypotheses": ("maa_vs_pas_collinear", [*LITERAL, "tas.n_hypotheses=50"]),
     "line, the same, 30 hypotheses": ("maa_vs_pas_collinear", [*LITERAL, "tas.n_hypotheses=30"]),
     "cube, as chosen here": ("maa_vs_pas_outliers", []),

@@ -11,7 +11,7 @@ from .conftest import undescribed
 
 def test_the_plan_has_the_cells_of_the_captions_and_an_own_direction_in_each_study():
     plans = plan(["trials=2"], studies=2)
-    first, second = plans["line, literal frames, last cameras, one direction, 100 hypotheses"]
+    first, second = plans["line, literal frames, last cameras, one direction"]
     assert (first.replicate, second.replicate) == (0, 1)
     assert len(evaluations(first)) == 2 * 10 + 2 * 7 - 4
     cell = Cell(n_cameras=10, n_outliers=3, sigma_t=0.0, sigma_r_deg=1.0)
