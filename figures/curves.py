@@ -235,7 +235,7 @@ def explain_glyphs(figure: Figure, trials: pd.DataFrame, x: Sequence[str]) -> No
     over = " over all noise" if x[0].startswith("sigma") else ""
     handles: dict[str, Artist] = {
         "mean": Line2D([], [], color=style.FAINT),
-        f"min to max of {n_trials} trial{'s' * (n_trials > 1)}": _stroke(0.5),
+        f"min to max of {n_trials} trial{'s' if n_trials > 1 else ''}": _stroke(0.5),
         "min to max of all curves": Patch(color=style.GREY_BAND),
         f"min to max of one curve{over}": _stroke(2.2),
     }
