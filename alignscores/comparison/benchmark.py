@@ -121,7 +121,10 @@ def _found(
     """Return the files of both patterns with the values of their fields; at least one of each."""
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
     if "system" not in est_pattern.fields:
-        raise ValueError(f"the pattern of the estimates needs {{system}}: {estimate}")
+        raise ValueError(
+            "the pattern of the estimates needs {system} in place of their names, as in "
+            f"'runs/{{system}}.txt', not {estimate}"
+        )
     if ("sequence" in ref_pattern.fields) != ("sequence" in est_pattern.fields):
         raise ValueError(
             f"both patterns need {{sequence}}, or none of them: {reference} and {estimate}"
