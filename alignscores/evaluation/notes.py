@@ -136,7 +136,7 @@ def left_out_frames(evaluation: Evaluation) -> Note | None:
 
 
 def duplicates(evaluation: Evaluation) -> Note | None:
-    """Note more than one percent of poses with the stamp of another one."""
+    """Note poses with the stamp of another one, from 1 to 10 %; beyond that they are refused."""
     duplicate, n = evaluation.matches.duplicate, len(evaluation.estimate.keys)
     text = f"{duplicate} of {n} poses have the time stamp of another one; left out"
     return Note("duplicates", text) if duplicate > n / 100 else None

@@ -18,6 +18,7 @@ def _ate(gt: Floats, est: Floats) -> float:
     return least_squares_rmse(*estimated_positions(gt, est))
 
 
+# Only what `Evaluation` computes itself; any other metric stands in a module of its own.
 METRICS = [
     Metric(
         "TAS",

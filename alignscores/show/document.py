@@ -16,9 +16,9 @@ from ..version import __version__
 
 __all__ = [
     "COLOURS",
-    "GREY",
     "LAYOUT",
     "RAMP",
+    "REFERENCE",
     "inert",
     "log_range",
     "rectangles",
@@ -32,7 +32,7 @@ POLICY = (  # nothing that the page shows can make it load anything
 COLOURS = ["#1f4e79", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#7a5c00", "#e69f00", "#444444"]
 # Dark to light, so that the order survives greyscale and colour blindness.
 RAMP = ["#000004", "#180c3c", "#440a68", "#6d186e", "#972766", "#c03a51", "#e15635", "#f67e14"]
-GREY = "#aaaaaa"
+REFERENCE = "#aaaaaa"  # the colour of its path
 DASHES = "solid", "dash", "dashdot", "dot"
 LAYOUT: dict[str, Any] = {
     "template": "plotly_white",

@@ -19,7 +19,7 @@ from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
 from ..validation import finite_rows
 from . import tables
 from .curves import BEYOND, Curve, curve, frames, over_expected, time_label, times, with_breaks
-from .document import COLOURS, GREY, LAYOUT, RAMP, inert, log_range, rectangles, render, style
+from .document import COLOURS, LAYOUT, RAMP, REFERENCE, inert, log_range, rectangles, render, style
 
 __all__ = ["figures", "page_of"]
 
@@ -94,8 +94,8 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
         x, y, z = points.T.astype(np.float32)
         figure.add_scatter3d(x=x, y=y, z=z, name=inert(name), legendgroup=group, **kwargs)
 
-    line = {"mode": "lines", "line": {"color": GREY, "width": 4}}
-    dots = {"mode": "markers", "marker": {"color": GREY, "size": 3}}
+    line = {"mode": "lines", "line": {"color": REFERENCE, "width": 4}}
+    dots = {"mode": "markers", "marker": {"color": REFERENCE, "size": 3}}
     look = line if ordered else dots
     drawn = with_breaks(first, path) if ordered else path
     ramp = [*zip(np.linspace(0, 0.999, len(RAMP)).tolist(), RAMP, strict=True), (1.0, BEYOND)]
