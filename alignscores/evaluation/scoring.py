@@ -19,7 +19,7 @@ from ..similarity import least_squares_rmse
 from ..texts import printable, unique_names
 from ..validation import finite_rows
 from .compared import compared, half_distance_of, notes_on_matching, tas_of_other_seeds
-from .evaluation import Evaluation, Note, finite_or_none
+from .evaluation import Evaluation, Model, Note, finite_or_none
 from .hints import Files, Scored, look, rescue
 from .match import Matches
 from .models import ModelPoses, in_order, poses_of_models, read_models
@@ -149,30 +149,24 @@ def score(
         models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]
     groups = by_keys(rig_frames, reference.keys)
+    rows: tuple[Model, ...] = ()
+    of_models = None
     if len(models) == 1:
         (poses,) = models.values()
-        return _score_one(
-            reference,
-            poses,
-            settings,
-            name,
-            files,
-            notes,
-            groups=groups,
-            check=check,
-            functions=functions,
+    else:
+        scored = _each_model(reference, models, settings, groups)
+        with collected_warnings():  # those of the best model are notes
+            of_models = poses_of_models(reference.with_rotations(), models, settings)
+        rows = in_order(models, of_models, scored)
+        best = rows[0].name
+        poses = models[best]
+        text = (
+            f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
         )
-
-    scored = _each_model(reference, models, settings, groups)
-    with collected_warnings():  # those of the best model are notes
-        of_models = poses_of_models(reference.with_rotations(), models, settings)
-    rows = in_order(models, of_models, scored)
-    best = rows[0].name
-    text = f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
-    notes.append(Note("models", text, "--model chooses another one"))
+        notes.append(Note("models", text, "--model chooses another one"))
     evaluation = _score_one(
         reference,
-        models[best],
+        poses,
         settings,
         name,
         files,
