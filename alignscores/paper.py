@@ -236,7 +236,7 @@ def pcr99(
     (2.0, 1000)
     """
     with np.errstate(all="ignore"):  # NaN and infinity never win
-        # Steps 2a, 2b: random triplets, of which the first 1000 that pass the prescreening count.
+        # Steps 2a, 2b: random triplets; the first 1000 that pass the prescreening count.
         triplets = prescreened_triplets(c, c_est, n_hypotheses, prescreen, rng)
         if triplets.size == 0:
             return None, 0

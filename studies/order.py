@@ -89,7 +89,7 @@ def groups(trials: pd.DataFrame, level: str) -> list[pd.DataFrame]:
 
 
 def within(trials: pd.DataFrame, level: str) -> Task:
-    """Compare neighbouring levels where all else is the same."""
+    """Compare neighbouring levels where the other settings are equal."""
     samples: list[pd.DataFrame] = []
     pairs: list[tuple[int, int]] = []
     for group in groups(trials, level):

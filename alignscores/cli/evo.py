@@ -53,7 +53,7 @@ def alignment_of(
     chosen: str = arguments.alignment
     if arguments.correct_scale and not arguments.align:
         error(
-            "-s: no alignment here corrects the scale alone; -as is --alignment similarity, and "
+            "-s: no alignment here corrects only the scale; -as is --alignment similarity, and "
             "evo's value is --metrics ate:rmse:scale"
         )
     if not arguments.align:

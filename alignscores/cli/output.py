@@ -60,7 +60,7 @@ STDOUT = Path("-")
 def files_of(arguments: argparse.Namespace, in_folder: Mapping[str, str]) -> dict[str, Path]:
     """Return the files that will be written, by option; the packages that they take are there.
 
-    `in_folder` are the names of those in the folder of --output, of which a note says which one is
+    `in_folder` are the names of those in the folder of --output; a note says which one is
     not written for want of a package.
     """
     files = {}

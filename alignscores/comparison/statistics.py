@@ -183,7 +183,7 @@ def _random_labels(size: int, n: int, seed: int, index: int) -> Floats:
 
 
 def sequence_test(runs: Runs) -> Test:
-    """Test by the signed ranks of the sequences, on each of which the median runs are compared."""
+    """Test by the signed ranks of the sequences, comparing the median runs on each."""
     return _signed_ranks([_difference(np.median(a), np.median(b)) for a, b in runs])
 
 

@@ -47,7 +47,7 @@ class Clock:
 
     @property
     def certain(self) -> bool:
-        """Whether it stands clearly alone."""
+        """Whether no other offset fits nearly as well."""
         alone = self.rival <= MAX_RIVAL and self.gain >= MIN_GAIN
         return alone and self.error <= MAX_ERROR
 
@@ -108,7 +108,7 @@ def _found(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> C
 
 
 def _turns(trajectory: Trajectory) -> bool:
-    """Return whether the rotations of a trajectory differ; all are alike of positions alone."""
+    """Return whether the rotations of a trajectory differ; without rotations all are alike."""
     rotations = trajectory.poses[finite_rows(trajectory.poses), :3, :3]
     return bool((rotations != rotations[:1]).any())
 

@@ -187,7 +187,7 @@ def chance(evaluation: Evaluation) -> Note | None:
 
 
 def indistinguishable(evaluation: Evaluation) -> Note | None:
-    """Note the scores that the errors of the reference alone would explain."""
+    """Note the scores that errors of the reference would explain on their own."""
     perfect, settings = evaluation.perfect or {}, evaluation.settings
     scores = {"TAS": evaluation.tas, "RAS": evaluation.ras, "PAS": evaluation.pas}
     means = {name: mean for name, (mean, lowest) in perfect.items() if scores[name] >= lowest}

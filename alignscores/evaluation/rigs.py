@@ -89,7 +89,7 @@ def clumps(positions: Floats, d: float) -> tuple[int, float]:
     k = min(MAX_CAMERAS, len(positions) // 4)  # d needs four rig frames
     if k < 2:
         return 0, 0.0
-    # To import SciPy's k-d tree takes as long as all else of a short recording.
+    # Importing SciPy's k-d tree takes as long as scoring a short recording.
     rows = np.linspace(0, len(positions) - 1, min(SAMPLE, len(positions))).astype(int)
     of_rows = (np.linalg.norm(positions - positions[row], axis=1) for row in rows)
     nearest = np.stack([np.partition(one, k)[: k + 1] for one in of_rows])

@@ -246,7 +246,7 @@ def _score_one(
             )
             raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
         half_distance = half_distance_of(found.matches, settings)
-    if not np.isnan(poses.poses).all():  # of a run that failed all else follows
+    if not np.isnan(poses.poses).all():  # a failed run needs no further notes
         notes += [Note("estimate", text) for text in of_estimate]
     matches, result = found.matches, found.result
     pairs = _every_pose(matches, found.estimate)

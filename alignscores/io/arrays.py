@@ -87,7 +87,7 @@ def read_arrays(path: FilePath) -> Trajectory:
 
 @dataclass(frozen=True)
 class Stored:
-    """An array in a file, of which only the header has been read."""
+    """An array in a file whose header has been read."""
 
     path: FilePath
     name: str

@@ -71,17 +71,17 @@ class Trajectory(NamedTuple):
 
     @property
     def rotations(self) -> Floats | None:
-        """Rotations, (n, 3, 3), NaN where there is none; None for positions alone."""
+        """Rotations, (n, 3, 3), NaN where there is none; None without rotations."""
         return self.poses[:, :3, :3] if self.has_rotations else None
 
     @property
     def has_rotations(self) -> bool:
-        """Whether a rotation is finite; False for positions alone."""
+        """Whether a rotation is finite; False without rotations."""
         rotations, positions = self.poses[:, :3, :3], self.poses[:, :3, 3]
         return bool(finite_rows(rotations).any() or not finite_rows(positions).any())
 
     def with_rotations(self) -> "Trajectory":
-        """Return positions alone with identity rotations, other trajectories unchanged.
+        """Return a trajectory without rotations with identity ones, others unchanged.
 
         Returns
         -------

@@ -28,7 +28,7 @@ class Registration(Protocol):
     """What `tas` calls to align the estimate: any function of this signature.
 
     It is given the cameras that were estimated, each frame centred on its median and scaled by its
-    spread, and settings of which it uses those that it needs. It returns the alignment, from ground
+    spread, and the settings, which it may ignore. It returns the alignment, from ground
     truth to estimate (None where there is none), and the number of hypotheses it was chosen from.
     """
 

@@ -295,7 +295,7 @@ def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
 
 
 def _scores(evaluation: Evaluation, score: str, largest: Floats) -> Floats:
-    """Return a score at largest thresholds, at each of which refined aligns anew."""
+    """Return a score at each largest threshold; refined aligns anew at each."""
     matches, settings = evaluation.matches, evaluation.settings
     if score == "RAS" or settings.registration != "refined":
         errors = np.sort(curve(evaluation, score).result.errors)

@@ -214,7 +214,7 @@ def conditions(scored: Sequence[Evaluation]) -> list[str]:
 
 
 def _conditions(first: Evaluation) -> str:
-    """Return the alignment, the frames, and d in one line; other metrics have the frames alone."""
+    """Return the alignment, the frames, and d in one line; other metrics have only the frames."""
     settings = first.settings
     frames = f"{len(first.matches.expected_rows)} {'frames' if settings.form.ordered else 'images'}"
     if settings.frames is not None:
