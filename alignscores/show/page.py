@@ -160,7 +160,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     }
     thin = int(np.argmin(high - low))
     up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
-    eye = dict(zip("xyz", np.roll([1.6, -1.1, -1.1], thin).tolist(), strict=True))
+    eye = dict(zip("xyz", np.roll([2.0, -1.4, -1.4], thin).tolist(), strict=True))
     scene = {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye}}
     buttons = [
         {"label": label, "method": "restyle", "args": [{"opacity": opacity}, by_error]}
@@ -172,7 +172,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
         "direction": "right",
         "active": int(len(scored) > 1),
     }
-    menu |= {"x": 0, "xanchor": "left", "y": 0, "yanchor": "top", "font": {"size": 12}}
+    menu |= {"x": 0, "xanchor": "left", "y": 1, "yanchor": "top", "font": {"size": 12}}
     figure.update_layout(**LAYOUT, height=600, scene=scene, updatemenus=[menu])
     return figure.update_layout(margin={"l": 0, "r": 10, "b": 70})
 
