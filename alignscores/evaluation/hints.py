@@ -519,8 +519,8 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     seconds = offset + clock.seconds
     yield _Remedy(
         "clock",
-        f"its clock is off: its {clock.what} fit those of {files.reference} best with an offset of "
-        f"{seconds:.3f} s, standard error {clock.error:.4f} s",
+        f"its clock is off: its {clock.motions} fit those of {files.reference} best with an offset "
+        f"of {seconds:.3f} s, standard error {clock.error:.4f} s",
         "--t_offset auto adds it",
         state.reference,
         state.estimate,
