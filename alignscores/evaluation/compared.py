@@ -12,9 +12,10 @@ from ..io import Trajectory
 from ..pose import PASResult, pas
 from ..registration import Registration
 from ..registration import pcr99 as pcr99_of_all
+from ..rotation import RASResult
 from ..similarity import Similarity
 from ..thresholds import tas_distance, too_few
-from ..translation import tas
+from ..translation import TASResult, tas
 from ..validation import AlignmentWarning
 from .clock import Clock, find_clock
 from .evaluation import Note
@@ -47,8 +48,18 @@ class Compared:
     def scored(self) -> Scored:
         """The PAS, or the TAS without rotations, with every pose that has a reference."""
         result, matches = self.result, self.matches
-        value = result.score if matches.has_rotations else result.tas.score
-        return Scored(value, matches.pose_references, self.estimate.poses[matches.pose_rows])
+        value, frames = result.tas.score, _of_frames(result.tas)
+        if matches.has_rotations:
+            value = result.score
+            frames = result.weight * frames + (1 - result.weight) * _of_frames(result.ras)
+        poses = self.estimate.poses[matches.pose_rows]
+        return Scored(value, frames, matches.pose_references, poses)
+
+
+def _of_frames(result: TASResult | RASResult) -> Floats:
+    """Return the share of the thresholds that each frame is below: their mean is the score."""
+    reached = np.searchsorted(result.thresholds, result.errors, side="right")
+    return np.asarray(1 - reached / len(result.thresholds))
 
 
 def compared(

@@ -31,6 +31,7 @@ from ..averaging import (
     angles_and_axes,
     project_to_rotation,
     rotation_angles,
+    rotation_from_vector,
     rotations_from_quaternions,
     tlud_mean,
 )
@@ -50,7 +51,8 @@ MIN_CAMERAS = 10  # fewer fit some rotation by chance
 SAMPLE = 300  # cameras looked at
 MOTION_DEG = 30.0  # largest rotation from one frame to the next
 STEPS = 5  # in which B and Q are refined in turn
-CLEARLY = 0.02  # by which the score of a less likely mistake must be better
+CLEARLY = 0.02  # by which a score must be better
+CLEAR_RAS = 0.1  # by which the RAS must be better under a convention
 CONSISTENT_DEG = 20.0  # between the alignments of positions and rotations
 BODY, CAMERA = "x forward, y left, z up", "x right, y down, z forward"
 OF_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
@@ -63,8 +65,9 @@ COMMON = {  # common conventions of camera axes: B, and its name
 W_FIRST, W_LAST = "qw qx qy qz", "qx qy qz qw"
 REF, EST, BOTH = "reference", "estimate", "both"
 
-CLEAR = 0.1  # by which a remedy must raise the score
-CLEAR_OF_TIME = 0.01  # likewise; of stamps, whose steps or motions show it on their own
+CLEAR_OF_TIME = 0.01  # of stamps, whose steps or motions show it on their own
+CLEAR_OF_REFUSED = 0.1  # the score of an estimate that is refused as it is
+BLOCKS, MIN_T = 20, 2.0  # stretches of time, and standard errors that a clear gain has
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
@@ -87,9 +90,9 @@ class Convention:
 def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     """Find the convention under which the finite ones of estimated poses fit their reference.
 
-    It is reported if it raises the RAS by 0.3, or by half of what is missing to 1: noise, lost
-    cameras or drift fit under none so much better. Where both are inverted, their rotations may
-    agree; then their positions show it.
+    A mistake in a file is reported if it raises the RAS by 0.1, another camera frame if it raises
+    it by 0.3, or by half of what is missing to 1: noise, lost cameras or drift fit under none so
+    much better. Where both are inverted, their rotations may agree; then their positions show it.
     """
     estimated = np.flatnonzero(finite_rows(est_poses))
     n = len(estimated)
@@ -97,12 +100,12 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
         return Convention()
     rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
-    ras_now = _ras(gt, est, np.eye(3))[0]
     positions, inverted = _inverted(gt, est)
-    least = ras_now + min(0.3, (1 - ras_now) / 2)
+    ras_now = _ras_as_it_is(gt, est, positions)
+    gain_of_file, gain_of_frame = CLEAR_RAS, min(0.3, (1 - ras_now) / 2)
     if any(case[1] == BOTH for case in inverted) and _step(inverse_poses(gt)) < _step(gt):
-        least = ras_now - CLEARLY
-    elif ras_now > 0.9:
+        gain_of_file = gain_of_frame = -CLEARLY
+    elif ras_now > 1 - CLEAR_RAS:
         return Convention()
     fits = []
     for kind, side, true, poses, axes, rotation in _candidates(gt, est, positions, inverted):
@@ -110,7 +113,9 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
         ras, frame = _ras(true, poses, body)
         apart = np.inf if rotation is None else rotation_angles((rotation.T @ frame)[None])[0]
         fits.append((ras, apart <= CONSISTENT_DEG, kind, side, body))
-    better = [fit for fit in fits if fit[0] >= least]
+    better = [
+        fit for fit in fits if fit[0] >= ras_now + (gain_of_file if fit[2] else gain_of_frame)
+    ]
     better = [fit for fit in better if fit[1]] or better
     if not better:
         return Convention()
@@ -122,6 +127,14 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
         fit for fit in good if fit[3] == others.get(side) and np.allclose(fit[4], body, atol=1e-6)
     ]
     return Convention(kind, side, None if is_none else body, bool(kind and rivals))
+
+
+def _ras_as_it_is(gt_poses: Floats, est_poses: Floats, positions: Floats | None) -> float:
+    """Return the RAS of cameras whose axes are the same, or off by no more than inaccuracy."""
+    body = _rotation_between_cameras(gt_poses, est_poses, positions)
+    angles, axes = angles_and_axes(body[None])
+    near = rotation_from_vector(min(angles[0], np.radians(NEAR_DEG)) * axes[:, 0])
+    return max(_ras(gt_poses, est_poses, axes)[0] for axes in (np.eye(3), near))
 
 
 # Kind, side, both trajectories as they would be, and the rotation of their positions.
@@ -159,13 +172,14 @@ def _candidates(
         (kind, side, true, poses, positions)
         for kind in ("inverted rotations", W_FIRST, W_LAST)
         for side, true, poses in _of_sides(gt, est, CHANGES[kind])
+        if kind != "inverted rotations" or side != BOTH
     ]
     common = list(COMMON.values())
     inputs: list[_Case] = inverted or [("", "", gt, est, positions)]
     yield from ((*case[:4], axes, case[4]) for axes in common for case in inputs)
     if not inverted:
         yield from ((*case[:4], common[0], case[4]) for case in swapped)
-        bodies = [case for case in swapped if case[0] == "inverted rotations" and case[1] != BOTH]
+        bodies = [case for case in swapped if case[0] == "inverted rotations"]
         yield from ((*case[:4], axes, case[4]) for axes in common[1:] for case in bodies)
     yield from ((*case[:4], None, case[4]) for case in inputs)
 
@@ -220,11 +234,23 @@ def describe_rotation(rotation: Floats) -> str:
 
 
 def _fitted_frame(gt_poses: Floats, est_poses: Floats, positions: Floats | None) -> Floats:
+    """Return the constant B with R̂_i ≈ Q R_i B; near a common one the latter.
+
+    What is between them is inaccuracy.
+    """
+    body = _rotation_between_cameras(gt_poses, est_poses, positions)
+    common = np.array(list(COMMON.values()))
+    apart = rotation_angles(common.swapaxes(1, 2) @ body)
+    return common[np.argmin(apart)] if apart.min() <= NEAR_DEG else body
+
+
+def _rotation_between_cameras(
+    gt_poses: Floats, est_poses: Floats, positions: Floats | None
+) -> Floats:
     """Return the constant B with R̂_i ≈ Q R_i B.
 
     Between two cameras both turn by the same angle, about axes that B takes to each other. Where
-    all turns are about one axis, that leaves B open; the rotation of the positions is Q, too. A B
-    near a common one is that: what is between them is inaccuracy.
+    all turns are about one axis, that leaves B open; the rotation of the positions is Q, too.
     """
     gt, est = gt_poses[:, :3, :3], est_poses[:, :3, :3]
     true, estimated = _turns(gt), _turns(est)
@@ -238,10 +264,7 @@ def _fitted_frame(gt_poses: Floats, est_poses: Floats, positions: Floats | None)
     for _ in range(STEPS):
         frames = [tlud_mean(est @ body.T @ gt.swapaxes(1, 2)) for body in bodies]
         bodies = [tlud_mean((frame @ gt).swapaxes(1, 2) @ est) for frame in frames]
-    body = max(bodies, key=lambda body: _ras(gt_poses, est_poses, body)[0])
-    common = np.array(list(COMMON.values()))
-    apart = rotation_angles(common.swapaxes(1, 2) @ body)
-    return common[np.argmin(apart)] if apart.min() <= NEAR_DEG else body
+    return max(bodies, key=lambda body: _ras(gt_poses, est_poses, body)[0])
 
 
 def _turns(rotations: Floats) -> Floats:
@@ -293,6 +316,7 @@ class Scored(NamedTuple):
     """What scoring returns for a candidate: the score, and the poses that were compared."""
 
     score: float
+    frames: Floats  # the part of each expected frame, whose mean is the score, in order of time
     gt_poses: Floats
     est_poses: Floats
 
@@ -361,9 +385,9 @@ def look(
     for find, min_gain in (
         (_units_of_time, CLEAR_OF_TIME),
         (_clocks, CLEAR_OF_TIME),
-        (_conventions, CLEAR),
-        (_increments, CLEAR),
-        (_units_of_length, CLEAR),
+        (_conventions, CLEARLY),
+        (_increments, CLEARLY),
+        (_units_of_length, CLEARLY),
     ):
         if state.score > 1 - min_gain:
             break
@@ -383,7 +407,7 @@ def rescue(
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, has_rotations)
     for find in (_units_of_time, _clocks, _increments):
-        tried = _tried(state, list(find(state, files)), CLEAR, attempt)
+        tried = _tried(state, list(find(state, files)), CLEAR_OF_REFUSED, attempt)
         if tried.notes:
             return str(tried.notes[0])
     return ""
@@ -409,13 +433,28 @@ def _tried(state: _State, remedies: Sequence[_Remedy], min_gain: float, attempt:
                     scored=scored,
                 )
                 chosen = remedy
-    if chosen is None or best.score < state.score + min_gain:
+    if chosen is None or not _is_clear(state.scored, best.scored, min_gain):
         return state
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     gain = f"({before}{best.score:.3f} corrected)"
     note = Note(chosen.kind, f"{chosen.text} {gain}", chosen.option)
     return replace(best, notes=(*state.notes, note))
+
+
+def _is_clear(before: Scored | None, after: Scored | None, min_gain: float) -> bool:
+    """Return whether a score is better by so much, and by more than chance.
+
+    Its standard error comes from the means over stretches of time, if the frames are the same.
+    """
+    if after is None:
+        return False
+    gain = after.score - (before.score if before else 0)
+    if gain < min_gain or before is None or len(before.frames) != len(after.frames):
+        return gain >= min_gain
+    parts = np.array_split(after.frames - before.frames, BLOCKS)
+    means = np.array([part.mean() for part in parts if len(part)])
+    return bool(gain >= MIN_T * np.std(means, ddof=1) / np.sqrt(len(means)))
 
 
 def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
