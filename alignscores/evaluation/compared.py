@@ -18,8 +18,9 @@ from ..thresholds import tas_distance, too_few
 from ..translation import TASResult, tas
 from ..validation import AlignmentWarning
 from .clock import Clock, find_clock
+from .conventions import find_convention, rotate_cameras
 from .evaluation import Note
-from .hints import Scored, find_convention, rotate_cameras
+from .hints import Scored
 from .lever import LeverArm, find_lever_arm, with_lever_arm
 from .match import Matches, check_scorable, match, no_clock, poses_of_rows, with_stamps_of_sparse
 from .settings import Settings
@@ -173,7 +174,7 @@ def _corrected(
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
         convention = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
-        if not convention.kind:
+        if not convention.mistake:
             body_rotation = convention.body_rotation
     poses = rotate_cameras(estimate.poses, body_rotation)
     return estimate._replace(poses=poses), lever_arm, body_rotation
