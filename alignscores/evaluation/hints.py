@@ -19,7 +19,7 @@ from ..arrays import Floats, Indices
 from ..averaging import project_to_rotation, rotation_angles
 from ..io import FAILURES, Trajectory, inverse_poses
 from ..validation import finite_rows
-from .clock import find_clock
+from .clock import TINY, find_clock
 from .conventions import (
     BOTH,
     CORRECTIONS,
@@ -43,9 +43,9 @@ from .time import nearest_stamps
 
 __all__ = ["Files", "Scored", "look", "rescue"]
 
-CLEAR = 0.01  # gain of a remedy over the score as it is, or over a likelier remedy
-BLOCKS, MIN_T = 20, 2.0  # stretches of time, and standard errors that a clear gain has
-CLEAR_OF_REFUSED = 0.1  # score of a remedy for an estimate that is refused as it is
+CLEAR = 0.1  # gain of a remedy over the score as it is, or over a likelier remedy
+SMALL, MIN_T = 0.01, 2.0  # the same for so small a gain of two standard errors
+BLOCKS = 20  # stretches of time, for standard errors
 MOTION_DEG = 30.0  # largest rotation from one frame to the next
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
@@ -124,7 +124,7 @@ def look(
     """
     state = _State(reference, estimate, settings, scored, has_rotations)
     for find in (_units_of_time, _clocks, _conventions, _increments, _units_of_length):
-        if state.score > 1 - CLEAR:
+        if state.score > 1 - SMALL:
             break
         state = _tried(state, list(find(state, files)), attempt)
     return list(state.notes)
@@ -153,12 +153,13 @@ def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _Sta
 
     The likeliest come first.
     """
-    best, chosen = state, None
+    best, chosen, scores = state, None, []
     for remedy in remedies:
         settings = replace(state.settings, **remedy.changes)
         with suppress(*FAILURES), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scored = attempt(remedy.reference, remedy.estimate, settings)
+            scores.append((remedy.kind, scored.score))
             if _is_clear(best.scored, scored):
                 best = replace(
                     state,
@@ -173,7 +174,13 @@ def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _Sta
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     gain = f"({before}{best.score:.3f} corrected)"
-    note = Note(chosen.kind, f"{chosen.text} {gain}", chosen.option)
+    option = chosen.option
+    mirrored = max((score for kind, score in scores if kind == "mirrored"), default=0.0)
+    if chosen.kind != "mirrored" and mirrored > best.score - SMALL:
+        option += (
+            f"; or two axes of a file are swapped or mirrored ({name} {mirrored:.3f} corrected)"
+        )
+    note = Note(chosen.kind, f"{chosen.text} {gain}", option)
     return replace(best, notes=(*state.notes, note))
 
 
@@ -182,11 +189,11 @@ def _is_clear(before: Scored | None, after: Scored) -> bool:
 
     The standard error comes from the means over stretches of time, if the frames are the same.
     """
-    if before is None:
-        return after.score >= CLEAR_OF_REFUSED
-    gain = after.score - before.score
-    if gain < CLEAR or len(before.frames) != len(after.frames):
+    gain = after.score - (before.score if before else 0.0)
+    if before is None or not SMALL <= gain < CLEAR:
         return gain >= CLEAR
+    if len(before.frames) != len(after.frames):
+        return True
     parts = np.array_split(after.frames - before.frames, BLOCKS)
     means = np.array([part.mean() for part in parts if len(part)])
     return bool(gain >= MIN_T * np.std(means, ddof=1) / np.sqrt(len(means)))
@@ -288,14 +295,15 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     offset = float(settings.t_offset)
     estimate = state.estimate._replace(keys=state.estimate.keys + offset)
     clock = find_clock(state.reference, estimate)
-    if clock is None or not clock.certain or (state.scored and clock.agrees):
+    if clock is None or not clock.certain or (state.scored and abs(clock.seconds) <= TINY):
         return
     seconds = offset + clock.seconds
+    option = f"{seconds:.3f}" if clock.agrees else "auto"  # which adds none that may be zero
     yield _Remedy(
         "clock",
         f"its clock is off: its {clock.motions} fit those of {files.reference} best with an offset "
         f"of {seconds:.3f} s, standard error {clock.error:.4f} s",
-        "--t_offset auto adds it",
+        f"--t_offset {option} adds it",
         state.reference,
         state.estimate,
         {"t_offset": seconds},
