@@ -24,7 +24,7 @@ from ..averaging import angles_and_axes
 from ..io import Trajectory
 from ..validation import finite_rows
 
-__all__ = ["TINY", "Clock", "find_clock"]
+__all__ = ["Clock", "find_clock"]
 
 SPAN = 1.0  # seconds over which motions are compared, or the next longer span between two poses
 LONGEST_SPAN = 2.0  # seconds

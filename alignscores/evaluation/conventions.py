@@ -41,8 +41,7 @@ MIN_CAMERAS = 10  # fewer fit some rotation by chance
 SAMPLE = 300  # cameras looked at
 STEPS = 5  # in which B and Q are refined in turn
 EQUAL = 0.02  # difference of the RAS of conventions that fit equally well
-MIN_GAIN = 0.1  # of the RAS, by a mistake in a file
-MIN_GAIN_OF_FRAME = 0.3  # likewise by another camera frame, or half of what is missing to 1
+MIN_GAIN = 0.1  # of the RAS under a convention
 MAX_MISFIT = 0.15  # of positions that fit, relative to their extent
 CONSISTENT_DEG = 20.0  # between the alignments of positions and rotations
 BODY, CAMERA = "x forward, y left, z up", "x right, y down, z forward"
@@ -71,9 +70,10 @@ class Convention:
 def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     """Find the convention under which the finite ones of estimated poses fit their reference.
 
-    A mistake in a file is reported if it raises the RAS by 0.1, another camera frame if it raises
-    it by 0.3, or by half of what is missing to 1: noise, lost cameras or drift fit under none so
-    much better. Where both are inverted, their rotations may agree; then their positions show it.
+    It is reported if it raises the RAS by 0.1, or where rotations and positions do not have the
+    same alignment by 0.3 or half of what is missing to 1: noise, lost cameras or drift fit under
+    none so much better. Where both are inverted, their rotations may agree; then their positions
+    show it.
     """
     estimated = np.flatnonzero(finite_rows(est_poses))
     n = len(estimated)
@@ -81,18 +81,19 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
         return Convention()
     rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
-    as_it_is = fit_positions(gt, est)
-    inverted = _inverted(gt, est, as_it_is.misfit)
-    ras_now = _ras_as_it_is(gt, est, as_it_is.rotation)
-    min_ras = ras_now + MIN_GAIN
-    min_ras_of_frame = ras_now + min(MIN_GAIN_OF_FRAME, (1 - ras_now) / 2)
+    positions = fit_positions(gt, est)
+    inverted = _inverted(gt, est, positions.misfit)
+    original = _Pair("", "", gt, est, positions.rotation)
+    ras_now = _ras_as_it_is(original)
+    min_ras, min_ras_inconsistent = ras_now + MIN_GAIN, ras_now + min(0.3, (1 - ras_now) / 2)
     if any(pair.side == BOTH for pair in inverted) and _step(inverse_poses(gt)) < _step(gt):
-        min_ras = min_ras_of_frame = _ras(gt, est, np.eye(3))[0] - EQUAL
+        min_ras = min_ras_inconsistent = _ras(gt, est, np.eye(3))[0] - EQUAL
     elif min_ras > 1:
         return Convention()
-    original = _Pair("", "", gt, est, as_it_is.rotation)
     fits = [_fit(pair, axes) for pair, axes in _candidates(original, inverted)]
-    better = [fit for fit in fits if fit.ras >= (min_ras if fit.mistake else min_ras_of_frame)]
+    better = [
+        fit for fit in fits if fit.ras >= (min_ras if fit.is_consistent else min_ras_inconsistent)
+    ]
     better = [fit for fit in better if fit.is_consistent] or better
     if not better:
         return Convention()
@@ -159,12 +160,13 @@ def _candidates(original: _Pair, inverted: list[_Pair]) -> Iterator[tuple[_Pair,
     yield from ((pair, None) for pair in inputs)
 
 
-def _ras_as_it_is(gt_poses: Floats, est_poses: Floats, positions: Floats | None) -> float:
+def _ras_as_it_is(pair: _Pair) -> float:
     """Return the RAS of cameras whose axes are the same, or off by no more than inaccuracy."""
-    body = _rotation_between_cameras(gt_poses, est_poses, positions)
+    body = _rotation_between_cameras(pair.gt, pair.est, pair.rotation)
     angles, axes = angles_and_axes(body[None])
-    near = rotation_from_vector(min(angles[0], np.radians(NEAR_DEG)) * axes[:, 0])
-    return max(_ras(gt_poses, est_poses, axes)[0] for axes in (np.eye(3), near))
+    near = _fit(pair, rotation_from_vector(min(angles[0], np.radians(NEAR_DEG)) * axes[:, 0]))
+    as_it_is = _fit(pair, np.eye(3)).ras
+    return max(as_it_is, near.ras) if near.is_consistent or pair.rotation is None else as_it_is
 
 
 def _inverted(gt: Floats, est: Floats, misfit: float) -> list[_Pair]:

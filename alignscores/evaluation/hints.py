@@ -19,7 +19,7 @@ from ..arrays import Floats, Indices
 from ..averaging import project_to_rotation, rotation_angles
 from ..io import FAILURES, Trajectory, inverse_poses
 from ..validation import finite_rows
-from .clock import TINY, find_clock
+from .clock import find_clock
 from .conventions import (
     BOTH,
     CORRECTIONS,
@@ -43,11 +43,13 @@ from .time import nearest_stamps
 
 __all__ = ["Files", "Scored", "look", "rescue"]
 
-CLEAR = 0.1  # gain of a remedy over the score as it is, or over a likelier remedy
-SMALL, MIN_T = 0.01, 2.0  # the same for so small a gain of two standard errors
+CLEAR = 0.1  # gain of a remedy
+SMALL, MIN_T = 0.01, 2.0  # or so small a one, of two standard errors
+EQUAL = 0.02  # difference between remedies that are equally good
 BLOCKS = 20  # stretches of time, for standard errors
 MOTION_DEG = 30.0  # largest rotation from one frame to the next
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
+MAX_RATIO = 30  # of the durations of two files in the same unit
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
 MIRRORS = [np.diag(axes) for axes in ((1.0, 1.0, -1.0), (1.0, -1.0, 1.0), (-1.0, 1.0, 1.0))]
@@ -123,10 +125,16 @@ def look(
     The score is the PAS, without rotations the TAS.
     """
     state = _State(reference, estimate, settings, scored, has_rotations)
-    for find in (_units_of_time, _clocks, _conventions, _increments, _units_of_length):
+    for find, min_t in (
+        (_units_of_time, 0.0),  # which their steps show on their own
+        (_clocks, MIN_T),
+        (_conventions, MIN_T),
+        (_increments, MIN_T),
+        (_units_of_length, MIN_T),
+    ):
         if state.score > 1 - SMALL:
             break
-        state = _tried(state, list(find(state, files)), attempt)
+        state = _tried(state, list(find(state, files)), min_t, attempt)
     return list(state.notes)
 
 
@@ -142,13 +150,13 @@ def rescue(
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, has_rotations)
     for find in (_units_of_time, _clocks, _increments):
-        tried = _tried(state, list(find(state, files)), attempt)
+        tried = _tried(state, list(find(state, files)), MIN_T, attempt)
         if tried.notes:
             return str(tried.notes[0])
     return ""
 
 
-def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _State:
+def _tried(state: _State, remedies: Sequence[_Remedy], min_t: float, attempt: Attempt) -> _State:
     """Return the state with the best remedy, if that raises the score clearly.
 
     The likeliest come first.
@@ -160,7 +168,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _Sta
             warnings.simplefilter("ignore")
             scored = attempt(remedy.reference, remedy.estimate, settings)
             scores.append((remedy.kind, scored.score))
-            if _is_clear(best.scored, scored):
+            if scored.score > best.score + (EQUAL if chosen else 0):
                 best = replace(
                     state,
                     reference=remedy.reference,
@@ -169,14 +177,14 @@ def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _Sta
                     scored=scored,
                 )
                 chosen = remedy
-    if chosen is None:
+    if chosen is None or not best.scored or not _is_clear(state.scored, best.scored, min_t):
         return state
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     gain = f"({before}{best.score:.3f} corrected)"
     option = chosen.option
     mirrored = max((score for kind, score in scores if kind == "mirrored"), default=0.0)
-    if chosen.kind != "mirrored" and mirrored > best.score - SMALL:
+    if chosen.kind != "mirrored" and mirrored > best.score - EQUAL:
         option += (
             f"; or two axes of a file are swapped or mirrored ({name} {mirrored:.3f} corrected)"
         )
@@ -184,8 +192,8 @@ def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _Sta
     return replace(best, notes=(*state.notes, note))
 
 
-def _is_clear(before: Scored | None, after: Scored) -> bool:
-    """Return whether a score is better by more than chance.
+def _is_clear(before: Scored | None, after: Scored, min_t: float) -> bool:
+    """Return whether a score is better by much, or by so many standard errors.
 
     The standard error comes from the means over stretches of time, if the frames are the same.
     """
@@ -196,15 +204,17 @@ def _is_clear(before: Scored | None, after: Scored) -> bool:
         return True
     parts = np.array_split(after.frames - before.frames, BLOCKS)
     means = np.array([part.mean() for part in parts if len(part)])
-    return bool(gain >= MIN_T * np.std(means, ddof=1) / np.sqrt(len(means)))
+    return bool(gain >= min_t * np.std(means, ddof=1) / np.sqrt(len(means)))
 
 
 def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield units of the stamps of either file, where their steps are no camera's."""
+    """Yield units of the stamps of either file, where their steps or durations are no camera's."""
     reference, estimate = state.reference, state.estimate
     if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
         return
-    factors = [_time_factors(trajectory.keys) for trajectory in (reference, estimate)]
+    durations = [np.ptp(reference.keys), np.ptp(estimate.keys)]
+    differ = max(durations) > MAX_RATIO * min(durations)
+    factors = [_time_factors(poses.keys, differ) for poses in (reference, estimate)]
     for of_ref, of_est in product(*factors):
         if of_ref == of_est == 1:
             continue
@@ -231,12 +241,15 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
         )
 
 
-def _time_factors(stamps: Floats) -> list[float]:
-    """Return 1, and factors that make the steps of stamps those of a camera if they are not."""
+def _time_factors(stamps: Floats, differ: bool) -> list[float]:
+    """Return 1, and other factors that make steps of stamps those of a camera.
+
+    There are others if the steps are none, or durations differ.
+    """
     steps = np.diff(np.sort(stamps))
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     low, high = STEPS_OF_CAMERAS
-    if step == 0 or low <= step <= high:
+    if step == 0 or (low <= step <= high and not differ):
         return [1.0]
     return [1.0, *(factor for factor in TIME_FACTORS if low <= step * factor <= high)]
 
@@ -295,15 +308,14 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     offset = float(settings.t_offset)
     estimate = state.estimate._replace(keys=state.estimate.keys + offset)
     clock = find_clock(state.reference, estimate)
-    if clock is None or not clock.certain or (state.scored and abs(clock.seconds) <= TINY):
+    if clock is None or not clock.certain or (state.scored and clock.agrees):
         return
     seconds = offset + clock.seconds
-    option = f"{seconds:.3f}" if clock.agrees else "auto"  # which adds none that may be zero
     yield _Remedy(
         "clock",
         f"its clock is off: its {clock.motions} fit those of {files.reference} best with an offset "
         f"of {seconds:.3f} s, standard error {clock.error:.4f} s",
-        f"--t_offset {option} adds it",
+        "--t_offset auto adds it",
         state.reference,
         state.estimate,
         {"t_offset": seconds},
