@@ -149,7 +149,7 @@ def rescue(
 ) -> str:
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, has_rotations)
-    for find in (_units_of_time, _clocks, _increments):
+    for find in (_units_of_time, _clocks, _units_and_clocks, _increments):
         tried = _tried(state, list(find(state, files)), MIN_T, attempt)
         if tried.notes:
             return str(tried.notes[0])
@@ -320,6 +320,15 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
         state.estimate,
         {"t_offset": seconds},
     )
+
+
+def _units_and_clocks(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield units of time under which the offset of the clocks is certain."""
+    for units in _units_of_time(state, files):
+        corrected = replace(state, reference=units.reference, estimate=units.estimate)
+        for clock in _clocks(corrected, files):
+            text, option = f"{units.text}; then {clock.text}", f"{units.option}; {clock.option}"
+            yield replace(clock, kind=units.kind, text=text, option=option)
 
 
 def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
