@@ -126,8 +126,8 @@ def look(
     """
     state = _State(reference, estimate, settings, scored, has_rotations)
     for find, min_t in (
-        (_units_of_time, 0.0),  # which their steps show on their own
-        (_clocks, MIN_T),
+        (_units_of_time, 0.0),  # steps and motions show these on their own
+        (_clocks, 0.0),
         (_conventions, MIN_T),
         (_increments, MIN_T),
         (_units_of_length, MIN_T),
