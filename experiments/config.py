@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import field, fields
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
@@ -238,8 +239,18 @@ def hydra_errors(overrides: str) -> Iterator[None]:
         yield
     except (HydraException, OmegaConfBaseException) as error:
         reason = str(error).splitlines()[0].rstrip(".")
-        problem = f"cannot read {overrides}: {reason}"
-        raise ConfigError(f"{problem}; run: python -m experiments.run --help") from None
+        nearest = _nearest_name(reason)
+        advice = f"did you mean {nearest}?" if nearest else "run: python -m experiments.run --help"
+        raise ConfigError(f"cannot read {overrides}: {reason}; {advice}") from None
+
+
+def _nearest_name(reason: str) -> str:
+    """Return the experiment or setting nearest to the unknown name in Hydra's message, if any."""
+    unknown = re.search(r"Could not (?:find 'experiment/|override ')([^']+)'", reason)
+    names = [*experiment_names(), *(item.name for item in fields(Sweep)), *EXECUTION]
+    names += flat(TypeAdapter(MetricOptions).dump_python(MetricOptions()))
+    near = get_close_matches(unknown[1], names, n=1) if unknown else []
+    return near[0] if near else ""
 
 
 def container(config: "DictConfig") -> dict[str, Any]:
