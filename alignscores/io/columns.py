@@ -1,9 +1,9 @@
-"""What the columns of a text table hold: by ``--columns``, by a header, or by their number.
+"""The meaning of a text table's columns: by ``--columns``, by a header, or by their number.
 
 The rule for headers: a name is cut into words at everything but letters. A word that is an axis,
 x, y, z or w, or ends in one, makes it a coordinate.
 
-- Position: the axis alone, or with one of `POSITIONS`, as in ``tx``, ``p_RS_R_x [m]``,
+- Position: only the axis, or with one of `POSITIONS`, as in ``tx``, ``p_RS_R_x [m]``,
   ``pose.position.x``, ``tx_world_device``, ``x_gt``.
 - Quaternion: with one of `ORIENTATIONS`, as in ``qx``, ``q_RS_w []``, ``rotW``; all four.
 - Rotation vector in radians: ``rx``, ``ry``, ``rz``, or with one of `VECTORS`. Matrix: ``r11`` to
@@ -36,8 +36,8 @@ LAST_ROW = ("r41", "r42", "r43", "r44")
 TUM, W_FIRST = "t x y z qx qy qz qw", "t x y z qw qx qy qz"
 MATRIX = "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
 FOUR_ROWS = f"{MATRIX} {' '.join(LAST_ROW)}"
-KNOWN = ["x y z", "t x y z", TUM[2:], MATRIX, f"n {MATRIX}", FOUR_ROWS, f"n {FOUR_ROWS}"]
-BY_WIDTH = {len(names.split()): names for names in KNOWN}  # of tables that do not name them
+USUAL_COLUMNS = ["x y z", "t x y z", TUM[2:], MATRIX, f"n {MATRIX}", FOUR_ROWS, f"n {FOUR_ROWS}"]
+BY_WIDTH = {len(names.split()): names for names in USUAL_COLUMNS}  # of tables that do not name them
 OF_NAMES = [
     "name qw qx qy qz x y z",
     "name x y z qx qy qz qw",

@@ -19,7 +19,7 @@ __all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
 
 MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that counts as rounding
 MAX_DEVIATION = 0.1  # deviation beyond which a quaternion or a matrix is refused
-MAX_DUPLICATES = 0.1  # share of the poses from which duplicates are refused
+MAX_DUPLICATES = 0.1  # share of the poses; more duplicates are an error
 MIN_RUN = 10  # poses of a run; where stamps jump back more often, the rows are not in order
 BLOCK = 1 << 14  # rows that are converted at once, which the cache of a processor holds
 
@@ -122,7 +122,7 @@ def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
         digits = "stamps with all their digits, and " if what == "time stamp" else ""
         raise source.error(row, f"{reason}; write {digits}each pose once")
     if what != "time stamp":  # where poses are matched by time, there is a note on them
-        warn(f"{source.path}, {source.place(row)}", f"{reason}; the first one is used")
+        warn(f"{source.path}, {source.place_of_row(row)}", f"{reason}; the first one is used")
     return Trajectory(keys, poses)
 
 
@@ -197,7 +197,7 @@ def _check_quaternions(lengths: Floats, zero: Booleans, source: Source) -> None:
         raise source.error(
             row,
             f"a quaternion of length {lengths[row]:.3g} is no rotation{also}; --columns names the "
-            "columns, such as 't x y z' for positions alone",
+            "columns, such as 't x y z' for only positions",
         )
     _warn_of(deviation, source, "has a quaternion that is not of unit length")
 
@@ -299,7 +299,7 @@ def _warn_of(deviation: Floats, source: Source, what: str) -> None:
         first, others = int(rows[0]), len(rows) - 1
         more = f" and so have {others} more" if others else ""
         off = f"{what} (off by {deviation[first]:.2g}){more}; normalised"
-        warn(f"{source.path}, {source.place(first)}", off)
+        warn(f"{source.path}, {source.place_of_row(first)}", off)
 
 
 def warn(path: FilePath, what: str) -> None:
