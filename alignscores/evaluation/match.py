@@ -1,4 +1,4 @@
-"""Which estimated pose belongs to which reference pose: by time, by image name or by row."""
+"""Match estimated to reference poses: by time, by image name or by row."""
 
 import re
 from collections import Counter
@@ -88,7 +88,7 @@ def match(
 ) -> Matches:
     """Return the estimated pose of each expected frame of a reference, as `read_reference` has it.
 
-    The expected frames depend on the reference and the settings alone. By time stamps each pose
+    The expected frames depend only on the reference and the settings. By time stamps each pose
     covers half of ``max_gap`` before and after its own time, and more while the reference stands
     still between two poses: it stays within d and 10 degrees of one of them. A covered frame takes
     the nearest pose, with the reference at the pose's own time; the other frames are lost. A pose
@@ -125,18 +125,18 @@ def check_scorable(
     n_poses, n = matches.n_poses, len(estimate.keys)
     share = 1 - matches.unmatched / max(n - matches.duplicate, 1)
     covered = matches.matched / len(matches.expected_rows)
-    too_few = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    too_few_poses = n_poses < min(MIN_POSES, len(matches.expected_rows))
     if (
-        too_few and matches.timed
+        too_few_poses and matches.timed
     ):  # poses may be closer together than frames, not than the reference
         nearest, _ = nearest_stamps(reference.keys, estimate.keys[matches.pose_rows])
         n_poses = len(np.unique(nearest))
-        too_few = n_poses < min(MIN_POSES, len(matches.expected_rows))
-    if too_few or (share < MIN_SHARE and covered < MIN_SHARE):
+        too_few_poses = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    if too_few_poses or (share < MIN_SHARE and covered < MIN_SHARE):
         options = f"--missing {settings.missing}"
         if matches.timed:
             options += f", --t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g}"
-        needed = f"{MIN_POSES} poses" if too_few else f"{MIN_SHARE:.0%} of either"
+        needed = f"{MIN_POSES} poses" if too_few_poses else f"{MIN_SHARE:.0%} of either"
         raise ValueError(
             f"only {n_poses} of {n} poses could be matched to the reference, for {covered:.1%} of "
             f"the expected frames, and it takes {needed} ({options})"
@@ -147,7 +147,7 @@ def check_scorable(
             n, what = matches.n_rig_frames, "rig frames"
         remedy = "--unit sets it"
         if n < 4:
-            reason = f"the reference has {n} of the 4 {what} that it takes"
+            reason = f"the reference has {n} {what}, and it takes 4"
         else:
             reason = f"at least three quarters of the reference {what} coincide with another one"
             if matches.keys.dtype.kind == "U" and what == "poses":
@@ -187,7 +187,7 @@ def with_stamps_of_sparse(
 
 
 def no_clock(stamps: Floats) -> str:
-    """Return the reason why stamps tell no time, or an empty string."""
+    """Return the reason why stamps are no times, or an empty string."""
     if len(stamps) < 2 or np.median(np.diff(np.sort(stamps))) >= MIN_STEP:
         return ""
     return "; its stamps count by one and tell no time: no --t_offset helps"

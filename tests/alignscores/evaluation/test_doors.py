@@ -58,34 +58,34 @@ def written(examples, tmp_path_factory):
     stamps = read_stamps(examples / "tum/reference.txt")
     np.savetxt(folder / "frames.txt", stamps[::2] - 0.002, fmt="%.6f")
 
-    def written(case, form):
+    def written(case, format_name):
         settings = CASES[case][1]
-        ending = "" if form == "colmap" else ".any"
-        path = folder / f"{case}_{form}" / f"orb{ending}"
-        reference = examples / FILES[form][0]
+        ending = "" if format_name == "colmap" else ".any"
+        path = folder / f"{case}_{format_name}" / f"orb{ending}"
+        reference = examples / FILES[format_name][0]
         if path.exists():
             return reference, path.parent / f"{{system}}{ending}", path
         path.parent.mkdir(exist_ok=True)
-        keys, poses = FORMATS[form].read(examples / FILES[form][1])
+        keys, poses = FORMATS[format_name].read(examples / FILES[format_name][1])
         if settings.get("body_rotation"):
             poses = poses @ OPENGL
         if settings.get("invert"):
             poses = inverse_poses(poses)
-        as_form = OTHER[form] if "est_format" in settings else form
-        write_poses[as_form](path, keys, poses)
+        est_format = OTHER[format_name] if "est_format" in settings else format_name
+        write_poses[est_format](path, keys, poses)
         return reference, path.parent / f"{{system}}{ending}", path
 
     return written
 
 
-def settings_of(case, form):
+def settings_of(case, format_name):
     """Return the settings of a case for Python."""
-    settings = {"format": form, "metrics": METRICS}
-    if form in NAMED:
+    settings = {"format": format_name, "metrics": METRICS}
+    if format_name in NAMED:
         settings["metrics"] = METRICS.removesuffix(",kitti")
     settings |= CASES[case][1]
     if "est_format" in settings:
-        settings["est_format"] = OTHER[form]
+        settings["est_format"] = OTHER[format_name]
     return settings
 
 
@@ -113,12 +113,15 @@ def in_columns(metrics):
 
 
 @pytest.mark.parametrize(
-    ("case", "form"), [(case, form) for case in CASES for form in sorted(CASES[case][0])]
+    ("case", "format_name"),
+    [(case, format_name) for case in CASES for format_name in sorted(CASES[case][0])],
 )
-def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_path, monkeypatch):
-    reference, pattern, estimate = written(case, form)
+def test_every_door_gives_the_same_numbers(
+    case, format_name, written, command, tmp_path, monkeypatch
+):
+    reference, pattern, estimate = written(case, format_name)
     monkeypatch.chdir(estimate.parents[1])
-    settings = settings_of(case, form)
+    settings = settings_of(case, format_name)
     evaluation = evaluate(reference, estimate, **settings)
     expected = evaluation.to_dict()
     assert expected["ate"] == evaluation.ate
@@ -146,8 +149,8 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     assert set(tmp_path.iterdir()) == cached  # by the same settings: nothing is computed anew
 
     in_memory = [
-        FORMATS[form].read(reference),
-        FORMATS[settings.get("est_format", form)].read(estimate),
+        FORMATS[format_name].read(reference),
+        FORMATS[settings.get("est_format", format_name)].read(estimate),
     ]
     settings.pop("format")
     if "frames" in settings:
@@ -157,11 +160,11 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     assert comparison["ate"] == expected["ate"]
 
 
-@pytest.mark.parametrize("form", sorted(FORMS))
-def test_what_is_taken_out_is_taken_out_of_metrics_too(form, written):
+@pytest.mark.parametrize("format_name", sorted(FORMS))
+def test_what_is_taken_out_is_taken_out_of_metrics_too(format_name, written):
     """They are of the poses as these were scored."""
     honest, plain, corrected = (
-        evaluate(*written(case, form)[::2], **settings_of(case, form))
+        evaluate(*written(case, format_name)[::2], **settings_of(case, format_name))
         for case in ("nothing", "invert", "both of them")
     )
     assert corrected.ras == pytest.approx(honest.ras, abs=1e-9)

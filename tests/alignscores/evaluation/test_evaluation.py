@@ -23,11 +23,11 @@ def tum(examples):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [("sede", "did you mean seed?"), ("max_treshold", "max_threshold?"), ("xyz", "setting 'xyz'")],
 )
-def test_a_wrong_name_of_a_setting_is_answered_with_the_nearest(tum, wrong, said):
-    with pytest.raises(TypeError, match=re.escape(said)):
+def test_a_wrong_name_of_a_setting_is_answered_with_the_nearest(tum, wrong, message):
+    with pytest.raises(TypeError, match=re.escape(message)):
         tum(**{wrong: 3})
 
 
@@ -83,9 +83,9 @@ def test_statuses_tell_what_of_a_pose_is_missing():
     rng = np.random.default_rng(0)
     poses = np.tile(np.eye(4), (20, 1, 1))
     poses[:, :3, 3] = rng.random((20, 3))
-    some = poses.copy()
-    some[1, 0, 0] = some[2, 2, 3] = some[3, 0, 0] = some[3, 0, 3] = np.nan
-    estimate = Trajectory(np.arange(20.0)[:-1], some[:-1])
+    incomplete = poses.copy()
+    incomplete[1, 0, 0] = incomplete[2, 2, 3] = incomplete[3, 0, 0] = incomplete[3, 0, 3] = np.nan
+    estimate = Trajectory(np.arange(20.0)[:-1], incomplete[:-1])
     evaluation = evaluate(Trajectory(np.arange(20.0), poses), estimate, format="tum", max_gap=0.0)
     statuses = [STATUSES[code] for code in evaluation.statuses]
     assert statuses[:4] == ["matched", "no rotation", "no position", "lost"]

@@ -126,10 +126,10 @@ def folder(monkeypatch):
     """(number) -> go to the folder of a case; skip where it is not there."""
 
     def folder(number):
-        found = [*CASES.glob(f"{number}-*")]
-        if not found:
+        folders = [*CASES.glob(f"{number}-*")]
+        if not folders:
             pytest.skip(f"no case {number} at {CASES}")
-        monkeypatch.chdir(found[0])
+        monkeypatch.chdir(folders[0])
 
     return folder
 
@@ -145,9 +145,9 @@ def parsed(arguments):
     return files, settings
 
 
-def agree(found, right):
+def agree(values, right):
     """TAS, RAS and ATE, as far as they are known."""
-    for value, expected, tolerance in zip(found, right, (0.016, 0.016, 0.001), strict=False):
+    for value, expected, tolerance in zip(values, right, (0.016, 0.016, 0.001), strict=False):
         if expected is not None:
             assert value == pytest.approx(expected, abs=tolerance)
 
@@ -165,13 +165,13 @@ def test_a_report_ends_as_it_must_by_command_function_and_comparison(folder, com
             evaluate(*files, **settings)
         return
     assert code == 0
-    found = evaluate(*files, **settings)
+    evaluation = evaluate(*files, **settings)
     (printed,) = json.loads(out)["results"]
-    agree([found.tas, found.ras, found.ate], end)
+    agree([evaluation.tas, evaluation.ras, evaluation.ate], end)
     agree([printed["TAS"], printed["RAS"], printed["ate"]], end)
     compared = compare(files[0], {"system": files[1]}, **settings)
     agree(compared.runs.iloc[0][["TAS", "RAS", "ATE"]], end)
-    notes = "\n".join(map(str, found.notes))
+    notes = "\n".join(map(str, evaluation.notes))
     for text in (err, notes, "\n".join(compared.notes)) if note else ():
         assert re.search(note, text)
     if not note:
