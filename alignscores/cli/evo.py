@@ -49,7 +49,7 @@ def add_alignment(add: Callable[..., Any]) -> None:
 def alignment_of(
     arguments: argparse.Namespace, default: str, error: Callable[[str], NoReturn]
 ) -> str:
-    """Return the alignment that ``-a`` and ``-s`` name, otherwise that of ``--alignment``."""
+    """Return the alignment that ``-a`` and ``-s`` name, otherwise the value of ``--alignment``."""
     chosen: str = arguments.alignment
     if arguments.correct_scale and not arguments.align:
         error(

@@ -23,7 +23,7 @@ from .document import COLOURS, LAYOUT, RAMP, REFERENCE, inert, log_range, rectan
 
 __all__ = ["figures", "page_of"]
 
-N_PROFILE = 16  # largest thresholds at which a score is drawn
+N_PROFILE = 16  # largest thresholds of a drawn profile
 
 
 def page_of(

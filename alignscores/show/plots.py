@@ -96,7 +96,7 @@ def new_figure(*, interactive: bool) -> Figure:
     """Return an empty figure, one of pyplot if it is `interactive`."""
     figure = Figure()
     if interactive:
-        from matplotlib import pyplot  # has a state of its own, which no file needs
+        from matplotlib import pyplot  # has its own state, which no file needs
 
         figure = pyplot.figure()
     figure.set_layout_engine("constrained")

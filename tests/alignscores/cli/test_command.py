@@ -66,8 +66,8 @@ def test_help_has_the_everyday_options_and_help_all_has_all(run):
     assert "--weight " not in short
     for name in set(ABOUT) - {"format"}:
         assert f"--{name} " in full
-    for name, form in FORMATS.items():
-        assert f"  {name:8}  {form.help}\n" in short
+    for name, file_format in FORMATS.items():
+        assert f"  {name:8}  {file_format.help}\n" in short
     _, short, _ = run("compare", "--help")
     _, full, _ = run("compare", "--help-all")
     assert "--paired" not in short
@@ -75,11 +75,11 @@ def test_help_has_the_everyday_options_and_help_all_has_all(run):
     assert "\n3 a condition of --fail_on holds\n" in short
 
 
-def test_metrics_are_listed(run):
+def test_the_command_metrics_lists_all(run):
     code, out, err = run("metrics")
     assert (code, err) == (0, "")
-    listed = [line.split()[0] for line in out.splitlines() if line.startswith("  ")]
-    assert listed == [entry.syntax for entry in METRICS]
+    names = [line.split()[0] for line in out.splitlines() if line.startswith("  ")]
+    assert names == [entry.syntax for entry in METRICS]
 
 
 def test_version(run):
