@@ -27,12 +27,12 @@ def assert_proper(alignment):
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 100])
-@pytest.mark.parametrize("kind", KINDS)
-def test_exact_clouds(cloud, another_world, kind, n):
+@pytest.mark.parametrize("shape", KINDS)
+def test_exact_clouds(cloud, another_world, shape, n):
     """Of any rank, at any place and scale: no error is left."""
     for seed in range(3):
         for scale, offset in ((2.5, 10.0), (1e-9, 0.0), (1e9, 1e4)):
-            gt = cloud(kind, n, seed)
+            gt = cloud(shape, n, seed)
             est = another_world(gt, seed, scale=scale, offset=offset)
             alignment = Similarity.fit(gt, est)
             assert_proper(alignment)

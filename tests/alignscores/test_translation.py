@@ -46,8 +46,8 @@ def naive_d(gt):
 @pytest.mark.parametrize("n", [*range(4, 30), 100, 101, 102, 103])
 def test_d_is_an_order_statistic(cloud, n):
     """d against sorted distances, for every remainder of n modulo 4."""
-    for kind in ("cube", "helix", "clusters", "oblique line"):
-        gt = cloud(kind, n, 7)
+    for shape in ("cube", "helix", "clusters", "oblique line"):
+        gt = cloud(shape, n, 7)
         assert closest_pair_quartile(gt) == pytest.approx(naive_d(gt), rel=1e-12)
         assert tas(gt, gt).unit == closest_pair_quartile(gt)
 
@@ -145,12 +145,12 @@ def test_fewer_than_four_cameras(registration, cloud, n):
 
 
 @both_registrations
-@pytest.mark.parametrize("kind", KINDS)
-def test_perfect_estimate(registration, cloud, another_world, kind):
+@pytest.mark.parametrize("shape", KINDS)
+def test_perfect_estimate(registration, cloud, another_world, shape):
     """Exactly 1, with errors at the level of rounding, for every number of cameras."""
     for n in (*range(4, 25), 44, 45, 100, 129, 257, 1000):
         for seed in range(1 if n == 1000 else 2):
-            gt = cloud(kind, n, seed)
+            gt = cloud(shape, n, seed)
             for est in (gt, another_world(gt, seed)):
                 result = tas(gt, est, rng=seed, registration=registration)
                 assert result.score == 1.0
@@ -273,7 +273,7 @@ def test_order_of_few_cameras_changes_nothing(registration, noisy_scene, seed, n
 
 
 def test_a_user_supplied_registration(noisy_scene):
-    """It sees the estimated cameras alone, and its alignment is used."""
+    """It sees only the estimated cameras, and its alignment is used."""
     gt, est = noisy_scene(60, 5, 0.03, 1)
     est[50:] = np.nan
     seen = []
@@ -321,8 +321,8 @@ def test_no_triangle(registration, cloud, n):
 def test_one_camera_far_away(registration, cloud, another_world, value):
     """The others still score in full; where squares overflow, without a warning from NumPy."""
     for n in (5, 30, 300):
-        for kind in ("cube", "axis"):
-            gt = cloud(kind, n, 0)
+        for shape in ("cube", "axis"):
+            gt = cloud(shape, n, 0)
             est = another_world(gt, 0)
             for places in (slice(3), 0):  # all coordinates, or one
                 far = est.copy()

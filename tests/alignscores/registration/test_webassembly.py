@@ -1,7 +1,7 @@
 """The kernel in WebAssembly, compiled by Zig: loaded by Pyodide in Node, next to the native build.
 
 Pyodide is `npm install pyodide`, found as Node finds packages (NODE_PATH, the global ones).
-Its NumPy comes from the network: here the kernel's doors are called by ctypes alone.
+Its NumPy comes from the network: here the kernel's doors are called only by ctypes.
 """
 
 import json
