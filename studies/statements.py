@@ -1,4 +1,4 @@
-"""What the paper claims, and which trials can tell: ``configs/claims.yaml``, typed and checked."""
+"""Claims of the paper, and the trials that decide them: ``configs/claims.yaml``, typed."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -62,8 +62,8 @@ class Claim:
             require(bool(getattr(self, key)), f"needs {key!r} for its statistic")
         local = "at" in self.rule.keys
         require(local or not self.at, "has 'at', which its statistic does not take")
-        has_one = (self.paper is None) != (self.criterion is None)
-        require(has_one, "needs either a number of the paper or a criterion")
+        has_target = (self.paper is None) != (self.criterion is None)
+        require(has_target, "needs either a number of the paper or a criterion")
         if self.criterion is not None:
             relation, number = self.bound
             is_bounded = relation in BOUNDS and isfinite(number)
@@ -72,7 +72,7 @@ class Claim:
 
     @property
     def rule(self) -> Statistic:
-        """What its statistic is."""
+        """The entry of its statistic."""
         return STATISTICS[self.statistic]
 
     @property
@@ -187,7 +187,7 @@ class Reading:
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
 class Decision:
-    """What was decided where the paper is silent or contradicts itself."""
+    """A decision where the paper is silent or contradicts itself."""
 
     id: str
     question: str

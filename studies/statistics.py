@@ -184,7 +184,7 @@ def _groups(trials: pd.DataFrame, level: Sequence[str]) -> Iterator[tuple[str, p
 
 @dataclass(frozen=True)
 class Statistic:
-    """What can decide a claim: computed from trials, a metric and keys of the claim."""
+    """A number that decides a claim: computed from trials, a metric and keys of the claim."""
 
     function: Callable[..., float]
     text: str  # with the names of keys in braces

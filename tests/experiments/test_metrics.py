@@ -69,11 +69,11 @@ def test_scenes_in_one_batch_have_the_values_of_scenes_alone(small):
     seeds = [np.random.SeedSequence(0, spawn_key=(scene,)) for scene in range(len(scenes))]
     together = evaluate_scenes(scenes, seeds, metrics)
     for index, scene in enumerate(scenes):
-        alone = evaluate(scene, metrics, seeds[index])
-        assert {metric: values[index] for metric, values in together.items()} == alone
+        single = evaluate(scene, metrics, seeds[index])
+        assert {metric: values[index] for metric, values in together.items()} == single
 
 
-def test_options_of_the_sweep_are_those_of_columns_without_their_own(small, scene):
+def test_options_of_the_sweep_hold_for_columns_without_options(small, scene):
     sweep = small(
         "tas.max_threshold=2", "ras.max_threshold_deg=5", "pas.weight=0.3", "d.interpolated=true"
     )

@@ -94,7 +94,7 @@ def test_the_ate_alone_needs_metric_scale(table):
 @pytest.mark.parametrize(
     ("name", "change", "problem"),
     [
-        ("outliers", {"sigma_t": [0.05]}, "has one noise level"),
+        ("outliers", {"sigma_t": [0.05]}, "has only one noise level"),
         ("outliers", {"n_outliers": [0, 50]}, "has no trials with 1 to 10% outliers"),
         ("collinear", {"n_outliers": [1, 50]}, "has no trials without outliers"),
         ("trajectory_length", {"n_cameras": [50]}, "has one number of cameras"),
