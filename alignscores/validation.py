@@ -106,8 +106,8 @@ def check_groups(groups: ArrayLike, n: int, name: str) -> Indices:
 
 def check_positive(value: float, name: str, *, integer: bool = False) -> float:
     """Return a parameter that is a positive, finite (whole) number, or raise ValueError."""
-    kinds = (int, np.integer) if integer else (int, float, np.integer, np.floating)
-    if isinstance(value, bool) or not isinstance(value, kinds) or not 0 < value < np.inf:
+    types = (int, np.integer) if integer else (int, float, np.integer, np.floating)
+    if isinstance(value, bool) or not isinstance(value, types) or not 0 < value < np.inf:
         expected = "whole number" if integer else "finite number"
         raise ValueError(f"{name} must be a positive {expected}, not {value!r}")
     return float(value)

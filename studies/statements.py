@@ -260,8 +260,8 @@ class Claims:
 
     def under(self, decision: Decision, reading: Reading) -> dict[str, Claim]:
         """Return the claims that a reading changes, as they are then."""
-        named = decision.claims or self.claims
-        pairs = ((name, self.claims[name], reading.of(self.claims[name])) for name in named)
+        names = decision.claims or self.claims
+        pairs = ((name, self.claims[name], reading.of(self.claims[name])) for name in names)
         return {name: changed for name, claim, changed in pairs if changed != claim}
 
 
@@ -302,12 +302,12 @@ def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:
                 values[key] = values[key].replace("{metric}", name)
         if isinstance(values.get("implied_by"), list):
             values["implied_by"] = [str(n).replace("{metric}", slug) for n in values["implied_by"]]
-        with _named(values, f"a claim of {group.source}"):
+        with _errors_named(values, f"a claim of {group.source}"):
             yield Claim(**values)
 
 
 def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision:
-    with _named(entry, "a decision"):
+    with _errors_named(entry, "a decision"):
         decision = Decision(**entry)
     for name in decision.claims:
         if name not in claims:
@@ -316,7 +316,7 @@ def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision
 
 
 @contextmanager
-def _named(entry: Mapping[str, Any], otherwise: str) -> Iterator[None]:
+def _errors_named(entry: Mapping[str, Any], otherwise: str) -> Iterator[None]:
     """Raise errors that name the part of the file that is wrong, by its id if it has one."""
     try:
         yield

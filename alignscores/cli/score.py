@@ -326,6 +326,6 @@ def _print_notes(results: Results, *, verbose: bool) -> None:
         for evaluation in results.scored
         for note in evaluation.notes
     ]
-    shown = [f"{name}: {note}" if name else note for name, note in notes]
-    for line in [*results.notes, *(shown if verbose else alike(notes))]:
+    lines = [f"{name}: {note}" if name else note for name, note in notes]
+    for line in [*results.notes, *(lines if verbose else alike(notes))]:
         print_note(line)

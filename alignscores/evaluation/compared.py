@@ -100,10 +100,10 @@ def _offset(
     scores = []
     for seconds in (0.0, clock.seconds):
         try:
-            tried = replace(settings, t_offset=seconds)
+            attempted_settings = replace(settings, t_offset=seconds)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                attempt = compared(reference, estimate, tried, has_rotations, groups)
+                attempt = compared(reference, estimate, attempted_settings, has_rotations, groups)
             scores.append(attempt.scored.score)
         except ValueError:
             scores.append(-math.inf)
@@ -141,8 +141,8 @@ def notes_on_matching(outcome: Compared, settings: Settings) -> list[Note]:
         notes.append(Note("sparse", text))
     if n_rig_frames := outcome.matches.n_rig_frames:
         text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"
-        named = outcome.matches.keys.dtype.kind == "U"
-        remedy = "--rig_frames none counts each camera" if named else ""
+        has_names = outcome.matches.keys.dtype.kind == "U"
+        remedy = "--rig_frames none counts each camera" if has_names else ""
         notes.append(Note("rig", f"{text} position", remedy))
     return notes
 

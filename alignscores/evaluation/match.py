@@ -126,9 +126,8 @@ def check_scorable(
     share = 1 - matches.unmatched / max(n - matches.duplicate, 1)
     covered = matches.matched / len(matches.expected_rows)
     too_few_poses = n_poses < min(MIN_POSES, len(matches.expected_rows))
-    if (
-        too_few_poses and matches.timed
-    ):  # poses may be closer together than frames, not than the reference
+    # Poses may be closer together than frames, not than the reference.
+    if too_few_poses and matches.timed:
         nearest, _ = nearest_stamps(reference.keys, estimate.keys[matches.pose_rows])
         n_poses = len(np.unique(nearest))
         too_few_poses = n_poses < min(MIN_POSES, len(matches.expected_rows))
@@ -272,9 +271,11 @@ def _expected_rows(ref_stamps: Floats, settings: Settings) -> tuple[Indices, Flo
     rows = rows[_is_expected(ref_stamps[rows], settings)]
     if len(rows) == 0:
         limits = {"t_start": settings.t_start, "t_end": settings.t_end}
-        shown = " and ".join(f"{name} {at:.6f} s" for name, at in limits.items() if at is not None)
+        limits_text = " and ".join(
+            f"{name} {at:.6f} s" for name, at in limits.items() if at is not None
+        )
         raise ValueError(
-            f"no reference pose is expected with {shown}: the reference goes from "
+            f"no reference pose is expected with {limits_text}: the reference goes from "
             f"{ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s"
         )
     return rows, without_reference
@@ -361,10 +362,10 @@ def _by_key(
     ref_keys, est_keys = reference.keys, estimate.keys
     if {ref_keys.dtype.kind, est_keys.dtype.kind} == {"f", "i"}:
         ref_keys, est_keys = _numbers(ref_keys), _numbers(est_keys)
-    kinds = ref_keys.dtype.kind, est_keys.dtype.kind
-    if kinds[0] != kinds[1]:
+    ref_kind, est_kind = ref_keys.dtype.kind, est_keys.dtype.kind
+    if ref_kind != est_kind:
         raise ValueError(
-            f"the reference has {KEY_KINDS[kinds[0]]}, the estimate {KEY_KINDS[kinds[1]]}: write "
+            f"the reference has {KEY_KINDS[ref_kind]}, the estimate {KEY_KINDS[est_kind]}: write "
             "tables with the same kind, such as 'timestamp x y z qx qy qz qw'"
         )
     rows = first_rows(est_keys, np.ones(len(est_keys), dtype=bool), "estimate")

@@ -125,8 +125,10 @@ def small_unit(evaluation: Evaluation) -> Note | None:
         f"d = {d:.3g} {unit} is far below the spacing of the path: most reference poses lie in "
         f"clumps of {n}, about {spacing:.3g} {unit} apart"
     )
-    named = matches.keys.dtype.kind == "U"
-    remedy = "--rig_frames takes rig frames from the names" if named else f"--unit {spacing:.3g}"
+    has_names = matches.keys.dtype.kind == "U"
+    remedy = (
+        "--rig_frames takes rig frames from the names" if has_names else f"--unit {spacing:.3g}"
+    )
     return Note("spacing", text, f"if these are cameras of one rig, {remedy}, in Python groups=")
 
 
@@ -235,7 +237,7 @@ def low_score(evaluation: Evaluation) -> Note | None:
         return None
     tas, ras, matches = evaluation.result.tas, evaluation.result.ras, evaluation.matches
     far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
-    turned = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
+    rotated = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
     reasons = []
     if evaluation.lost > NOTABLE_SHARE:
         of = "time" if matches.timed else "frames"
@@ -243,9 +245,9 @@ def low_score(evaluation: Evaluation) -> Note | None:
     if np.mean(far) > NOTABLE_SHARE:
         where = _stretch(matches.keys - evaluation.reference.keys[0], far) if matches.timed else ""
         reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")
-    bad = f"{np.mean(turned):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
+    bad = f"{np.mean(rotated):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
     if np.isfinite(ras.errors).any():
-        reasons.append(bad if np.mean(turned) > NOTABLE_SHARE else "rotations fine")
+        reasons.append(bad if np.mean(rotated) > NOTABLE_SHARE else "rotations fine")
     return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
 
 

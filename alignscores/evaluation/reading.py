@@ -145,8 +145,8 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
         if getattr(settings, option) and not poses.has_rotations:
             raise ValueError(f"--{option} needs rotations, which the estimate lacks")
     if settings.lever_arm:  # a position without a rotation says nothing about the reference's prism
-        turned = finite_rows(poses.poses[:, :3, :3])
-        poses = poses._replace(poses=np.where(turned[:, None, None], poses.poses, np.nan))
+        has_rotation = finite_rows(poses.poses[:, :3, :3])
+        poses = poses._replace(poses=np.where(has_rotation[:, None, None], poses.poses, np.nan))
     return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
 
 

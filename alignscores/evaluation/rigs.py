@@ -75,8 +75,8 @@ def rig_frames(keys: NDArray[Any], positions: Floats, settings: Settings) -> Ind
         return None
     if settings.rig_frames == "auto":
         means = np.stack([np.bincount(labels, axis) for axis in positions.T], axis=1)
-        apart = np.linalg.norm(positions - (means / counts[:, None])[labels], axis=1)
-        if not np.median(apart) < _spacing(positions, labels):
+        distances = np.linalg.norm(positions - (means / counts[:, None])[labels], axis=1)
+        if not np.median(distances) < _spacing(positions, labels):
             return None
     return labels
 

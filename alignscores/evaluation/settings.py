@@ -349,29 +349,29 @@ def checked(name: str, value: Any) -> Any:
         return value
     try:
         if choices := about.get("choices"):
-            wanted = f"one of {', '.join(choices)}"
+            expected = f"one of {', '.join(choices)}"
             if isinstance(value, str) and value in choices:
                 return value
         elif isinstance(default, bool):
-            wanted = "true or false"
+            expected = "true or false"
             if isinstance(value, bool):
                 return value
         elif "number" not in about:
-            wanted = "a text"
+            expected = "a text"
             if isinstance(value, str):
                 return value
         elif names := about.get("numbers"):
-            wanted = f"{names}, each {_range(about)}"
+            expected = f"{names}, each {_range(about)}"
             parts = value.split(",") if isinstance(value, str) else value
             numbers = tuple(_number_within(part, about) for part in parts)
             if len(numbers) == names.count(",") + 1:
                 return numbers
         else:
-            wanted = _range(about)
+            expected = _range(about)
             return _number_within(value, about)
     except (OverflowError, TypeError, ValueError):
         pass
-    raise ValueError(f"{name} must be {wanted}, not {brief(value)}")
+    raise ValueError(f"{name} must be {expected}, not {brief(value)}")
 
 
 def _number_within(value: Any, about: Mapping[str, Any]) -> float:

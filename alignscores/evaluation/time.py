@@ -98,8 +98,8 @@ def covered_frames(
 def is_near(poses: Floats, others: Floats, unit: float) -> Booleans:
     """Return which poses are within `unit` and `STILL_DEG` of another pose, or of one each."""
     near = np.linalg.norm(poses[:, :3, 3] - others[..., :3, 3], axis=1) <= unit
-    turned = rotation_angles(others[..., :3, :3].swapaxes(-1, -2) @ poses[:, :3, :3])
-    return np.asarray(near & (turned <= STILL_DEG))
+    angles = rotation_angles(others[..., :3, :3].swapaxes(-1, -2) @ poses[:, :3, :3])
+    return np.asarray(near & (angles <= STILL_DEG))
 
 
 def _between(first: Floats, second: Floats, share: Floats) -> Floats:

@@ -115,9 +115,9 @@ def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
         return Trajectory(keys, poses)
     row = int(np.setdiff1d(present, present[first])[0])
     what = {"f": "time stamp", "U": "name"}.get(keys.dtype.kind, "number")
-    shown = f"{keys[row]:.6f}" if keys.dtype.kind == "f" else str(keys[row])[:60]
+    example = f"{keys[row]:.6f}" if keys.dtype.kind == "f" else str(keys[row])[:60]
     have = "pose has" if n_duplicates == 1 else "poses have"
-    reason = f"{n_duplicates} of {n} {have} the {what} of another one, such as {shown}"
+    reason = f"{n_duplicates} of {n} {have} the {what} of another one, such as {example}"
     if n_duplicates >= MAX_DUPLICATES * n:
         digits = "stamps with all their digits, and " if what == "time stamp" else ""
         raise source.error(row, f"{reason}; write {digits}each pose once")

@@ -142,10 +142,10 @@ def _split(name: str) -> tuple[str, str, list[str]]:
     return head.lower().replace("_", ""), argument, words
 
 
-def _arguments(entry: Metric, asked: str) -> dict[str, Any] | None:
+def _arguments(entry: Metric, name: str) -> dict[str, Any] | None:
     """Return the arguments of an entry's function that a name sets; None if it is another's."""
     head, placeholder, fixed = _split(entry.name)
-    asked_head, argument, words = _split(asked)
+    asked_head, argument, words = _split(name)
     if head != asked_head or not set(fixed) <= set(words) or bool(placeholder) != bool(argument):
         return None
     options = [word for word in words if word not in fixed]

@@ -217,7 +217,7 @@ def _errors(comparison: Comparison) -> go.Figure:
         vertical_spacing=min(65 / (height * len(sequences)), 0.2),
         subplot_titles=[inert(sequence) for sequence in sequences],
     )
-    named: set[str] = set()
+    in_legend: set[str] = set()
     for row, sequence in enumerate(sequences, 1):
         of_sequence = {
             system: [
@@ -249,12 +249,12 @@ def _errors(comparison: Comparison) -> go.Figure:
                 customdata=np.where(np.isfinite(errors), errors, np.nan),
                 mode="lines" if ordered else "markers",
                 line={**style(index), "width": 1.5},
-                showlegend=system not in named,
+                showlegend=system not in in_legend,
                 hovertemplate=f"%{{customdata:.3g}} {settings.form.unit}",
                 **group,
                 **cell,
             )
-            named.add(system)
+            in_legend.add(system)
         figure.add_hline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **cell)
         ends = np.log10([low, high]).tolist()
         title = f"error [{settings.form.unit}]"

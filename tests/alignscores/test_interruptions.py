@@ -44,8 +44,8 @@ def started(examples, tmp_path):
     while time.monotonic() < end and not any(tmp_path.glob("cache/*.json")):
         assert process.poll() is None
         time.sleep(0.05)
-    shown = ["ps", "-o", "pid=,args=", "--ppid", str(process.pid)]
-    lines = subprocess.run(shown, capture_output=True, text=True, check=True).stdout.splitlines()
+    command = ["ps", "-o", "pid=,args=", "--ppid", str(process.pid)]
+    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
     workers = [int(line.split()[0]) for line in lines if "popen_loky" in line]
     assert len(workers) == 2
     yield process, workers

@@ -17,7 +17,7 @@ from alignscores.io import read_colmap
 both_registrations = pytest.mark.parametrize("registration", ["pcr99", "refined"])
 ignores_alignment = pytest.mark.filterwarnings("ignore::alignscores.AlignmentWarning")
 SEEDS = st.integers(0, 10_000)
-KINDS = ["cube", "axis", "oblique line", "plane", "oblique plane", "helix", "clusters"]
+SHAPES = ["cube", "axis", "oblique line", "plane", "oblique plane", "helix", "clusters"]
 
 
 def unaligned(gt, est, **options):
@@ -66,12 +66,12 @@ def test_d_with_ties_and_duplicates(gt):
 @pytest.mark.parametrize("jitter", [0.0, 1e-16, 1e-11])
 def test_a_d_of_rounding_is_refused(jitter):
     """Six cameras in one place each, as of a cubemap: d is no spacing."""
-    places = np.repeat(np.random.default_rng(0).random((20, 3)), 6, axis=0)
-    gt = 100 * places + jitter * np.random.default_rng(1).normal(size=(120, 3))
+    positions = np.repeat(np.random.default_rng(0).random((20, 3)), 6, axis=0)
+    gt = 100 * positions + jitter * np.random.default_rng(1).normal(size=(120, 3))
     for score in (closest_pair_quartile, lambda gt: tas(gt, gt)):
         with pytest.raises(ValueError, match=r"coincide with another one; pass groups= .* or pass"):
             score(gt)
-    spacing = closest_pair_quartile(100 * places[::6])
+    spacing = closest_pair_quartile(100 * positions[::6])
     assert closest_pair_quartile(gt, groups=np.repeat(range(20), 6)) == pytest.approx(spacing)
 
 
@@ -145,7 +145,7 @@ def test_fewer_than_four_cameras(registration, cloud, n):
 
 
 @both_registrations
-@pytest.mark.parametrize("shape", KINDS)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_perfect_estimate(registration, cloud, another_world, shape):
     """Exactly 1, with errors at the level of rounding, for every number of cameras."""
     for n in (*range(4, 25), 44, 45, 100, 129, 257, 1000):
@@ -324,9 +324,9 @@ def test_one_camera_far_away(registration, cloud, another_world, value):
         for shape in ("cube", "axis"):
             gt = cloud(shape, n, 0)
             est = another_world(gt, 0)
-            for places in (slice(3), 0):  # all coordinates, or one
+            for axes in (slice(3), 0):  # all coordinates, or one
                 far = est.copy()
-                far[1, places] = value
+                far[1, axes] = value
                 result = tas(gt, far, registration=registration)
                 assert result.score == (n - 1) / n
                 if abs(value) > 1e110:

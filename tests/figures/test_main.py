@@ -63,9 +63,9 @@ def test_any_table_is_drawn_next_to_it_and_nothing_is_replaced(table, tmp_path, 
     assert main([str(copied)]) == 1
     assert "own.png exists, and is not replaced; name a file" in capsys.readouterr().err
     assert (copied.read_bytes(), (tmp_path / "own.png").read_bytes()) == before
-    named = tmp_path / "other.pdf"
-    assert main([str(copied), "--output", str(named)]) == 0
-    assert named.exists()
+    path = tmp_path / "other.pdf"
+    assert main([str(copied), "--output", str(path)]) == 0
+    assert path.exists()
     capsys.readouterr()
 
 

@@ -136,10 +136,10 @@ def test_what_a_benchmark_around_evo_does_with_the_zip(run, finite, tmp_path):
         assert {"TAS", "RAS", "PAS", *theirs} <= {*table}
 
 
-@pytest.mark.parametrize("named", ["vislam_ba/3.txt", "vio_mono/0.txt"])
-def test_rmse_of_a_real_run(run, real, tmp_path, monkeypatch, named):
+@pytest.mark.parametrize("file_name", ["vislam_ba/3.txt", "vio_mono/0.txt"])
+def test_rmse_of_a_real_run(run, real, tmp_path, monkeypatch, file_name):
     monkeypatch.chdir(tmp_path)
-    files = real / "euroc/MH_03/groundtruth.txt", real / "euroc/MH_03" / named
+    files = real / "euroc/MH_03/groundtruth.txt", real / "euroc/MH_03" / file_name
     assert run("tum", *files, "-as", "--save_results", "ours.zip")[0] == 0
     theirs = evo_ape("tum", *files, "-as")
     stats = [

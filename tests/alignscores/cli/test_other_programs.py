@@ -101,8 +101,8 @@ def bag(path, storage, trajectories):
         writer = file_interface.Rosbag2Writer(path, version=9, storage_plugin=plugin)
     with writer as opened:
         for topic, (stamps, poses) in zip(("/gt", "/odom"), trajectories, strict=False):
-            there = np.isfinite(poses).all(axis=(1, 2))
-            written = PoseTrajectory3D(poses_se3=list(poses[there]), timestamps=stamps[there])
+            finite = np.isfinite(poses).all(axis=(1, 2))
+            written = PoseTrajectory3D(poses_se3=list(poses[finite]), timestamps=stamps[finite])
             file_interface.write_bag_trajectory(opened, written, topic, "map")
     return path
 

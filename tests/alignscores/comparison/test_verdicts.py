@@ -145,8 +145,8 @@ def test_means_are_over_the_sequences_that_all_systems_have():
         "Means are over the only sequence that all systems have (s0), PAS (all) is over all that a "
         "system has; --expect_all counts the missing ones as failed.",
     ]
-    apart = verdict_of({"a": {"s0": GOOD}, "b": {"s1": GOOD}})
-    assert "No sequence has runs of all systems" in apart
+    text = verdict_of({"a": {"s0": GOOD}, "b": {"s1": GOOD}})
+    assert "No sequence has runs of all systems" in text
 
 
 def test_runs_that_share_something_are_noted_and_count_once():

@@ -14,14 +14,14 @@ from ..conftest import FILES, write_poses
 
 NUMBERS = "TAS", "RAS", "PAS", "half_distance", "half_angle", "n", "unit", "metrics"
 METRICS = "ATE,ate:rmse,auc@30:vggt,kitti"
-FORMS = {"tum", "kitti", "colmap"}
+ALL_FORMATS = {"tum", "kitti", "colmap"}
 TIMED, NAMED = {"tum"}, {"colmap"}
 LENIENT = {"max_threshold": 100, "max_threshold_deg": 180}
 POSE = "t x y z qx qy qz qw"
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 CASES = {  # what differs from the defaults: the formats that have it, and settings
-    "nothing": (FORMS, {}),
-    "missing": (FORMS - {"kitti"}, {"missing": "ignore"}),
+    "nothing": (ALL_FORMATS, {}),
+    "missing": (ALL_FORMATS - {"kitti"}, {"missing": "ignore"}),
     "sync": (TIMED, {"sync": "nearest", "max_gap": 0.0}),
     "rate": (TIMED, {"rate": 5, "max_gap": 0.5}),
     "limits": (TIMED, {"t_start": 1.7e9 + 0.5, "t_end": 1.7e9 + 3.2}),
@@ -29,7 +29,7 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "t_offset auto": (TIMED, {"t_offset": "auto"}),
     "frames": (TIMED, {"frames": "frames.txt"}),
     "invert": (TIMED, {"invert": True}),
-    "both of them": (FORMS, {"invert": True, "body_rotation": "auto"}),
+    "both of them": (ALL_FORMATS, {"invert": True, "body_rotation": "auto"}),
     "thresholds": (
         NAMED,
         {"unit": 0.25, "max_threshold": 0.2, "max_threshold_deg": 3, "weight": 0.2},
@@ -160,7 +160,7 @@ def test_every_door_gives_the_same_numbers(
     assert comparison["ate"] == expected["ate"]
 
 
-@pytest.mark.parametrize("format_name", sorted(FORMS))
+@pytest.mark.parametrize("format_name", sorted(ALL_FORMATS))
 def test_what_is_taken_out_is_taken_out_of_metrics_too(format_name, written):
     """They are of the poses as these were scored."""
     honest, plain, corrected = (

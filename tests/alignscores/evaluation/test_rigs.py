@@ -207,7 +207,7 @@ def test_a_note_speaks_where_d_is_the_baseline_of_a_rig(n_cameras, baseline):
 
 @pytest.mark.parametrize("shape", ["path", "cube", "plane", "line", "laps", "clusters", "stops"])
 def test_no_note_where_d_is_the_spacing(shape):
-    spoke = 0
+    n_notes = 0
     for seed in range(20):
         rng = np.random.default_rng(seed)
         centres = rng.random((8, 3)) * 5
@@ -224,8 +224,8 @@ def test_no_note_where_d_is_the_spacing(shape):
         }[shape]
         poses = np.tile(np.eye(4), (100, 1, 1))
         poses[:, :3, 3] = positions
-        spoke += any(note.kind == "spacing" for note in evaluate(poses, poses).notes)
-    assert spoke == 0
+        n_notes += any(note.kind == "spacing" for note in evaluate(poses, poses).notes)
+    assert n_notes == 0
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="no shared cases")

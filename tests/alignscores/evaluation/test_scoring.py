@@ -88,7 +88,7 @@ def test_trajectories_in_memory_are_like_a_format(key_type):
         evaluation.settings.format == {"names": "nerf", "stamps": "tum", "rows": "kitti"}[key_type]
     )
     format_name = "arrays" if key_type != "names" else "colmap"
-    named = evaluate(
+    evaluation = evaluate(
         Trajectory(keys, reference.poses), Trajectory(keys[:n], whole), format=format_name
     )
-    assert named.settings.format == format_name
+    assert evaluation.settings.format == format_name

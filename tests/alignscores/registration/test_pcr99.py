@@ -12,7 +12,7 @@ from alignscores.registration import pcr99
 # --- the definition -------------------------------------------------------------------------------
 
 
-KINDS = ["cube", "axis", "oblique line", "plane", "helix", "clusters", "straight then bend"]
+SHAPES = ["cube", "axis", "oblique line", "plane", "helix", "clusters", "straight then bend"]
 SEARCHES = [  # cameras, hypotheses, prescreening; all triplets where no more exist, then no numbers
     (7, 1000, 0.1),
     (7, 35, math.inf),
@@ -24,7 +24,7 @@ SEARCHES = [  # cameras, hypotheses, prescreening; all triplets where no more ex
 ]
 
 
-@pytest.mark.parametrize("shape", KINDS)
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize(("n", "n_hypotheses", "prescreen"), SEARCHES)
 def test_definition(cloud, shape, n, n_hypotheses, prescreen):
     """The same triplets from the same seed, never with coincident cameras; the same choice."""

@@ -91,8 +91,8 @@ def node():
     root = subprocess.run([npm, "root", "-g"], capture_output=True, text=True, check=True).stdout
     paths = [os.environ.get("NODE_PATH", ""), root.strip()]
     env = {**os.environ, "NODE_PATH": os.pathsep.join(filter(None, paths))}
-    asked = [command, "-e", "require.resolve('pyodide/pyodide.mjs')"]
-    if subprocess.run(asked, env=env, capture_output=True, check=False).returncode:
+    arguments = [command, "-e", "require.resolve('pyodide/pyodide.mjs')"]
+    if subprocess.run(arguments, env=env, capture_output=True, check=False).returncode:
         pytest.skip("Node has no package pyodide")
     return command, env
 

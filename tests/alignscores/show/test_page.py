@@ -143,8 +143,8 @@ HOSTILE = [
 @pytest.mark.timeout(300)
 def test_names_are_text(opened, examples, tmp_path):
     evaluation = evaluate(*(examples / name for name in FILES["nerf"]))
-    named = [dataclasses.replace(evaluation, name=name) for name in HOSTILE]
-    save_page(named, tmp_path / "page.html")
+    evaluations = [dataclasses.replace(evaluation, name=name) for name in HOSTILE]
+    save_page(evaluations, tmp_path / "page.html")
     page = opened((tmp_path / "page.html").read_text("utf-8"))
     plain = [name.encode("unicode_escape").decode().replace("\\\\", "\\") for name in HOSTILE]
     shown = page.evaluate(READ)
