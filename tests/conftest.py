@@ -1,4 +1,4 @@
-"""What all test modules share: reference values, levels, and Hypothesis' settings."""
+"""Common to all test modules: reference values, levels, and Hypothesis' settings."""
 
 import json
 import os

@@ -1,6 +1,6 @@
 """Ctrl-C and a killed worker: what `compare` says, and what is left.
 
-The command runs in a session of its own. Its pipes are closed when the last of its processes is
+The command runs in a new session. Its pipes are closed when the last of its processes is
 gone, so that `communicate` returns only then; the timeout is there only for a hang.
 """
 

@@ -29,7 +29,7 @@ def assert_proper(alignment):
 @pytest.mark.parametrize("n", [2, 3, 4, 100])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_exact_clouds(cloud, another_world, shape, n):
-    """Of any rank, at any place and scale: no error is left."""
+    """No error is left, at any rank, position and scale."""
     for seed in range(3):
         for scale, offset in ((2.5, 10.0), (1e-9, 0.0), (1e9, 1e4)):
             gt = cloud(shape, n, seed)

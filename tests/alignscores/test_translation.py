@@ -162,7 +162,7 @@ def test_perfect_estimate(registration, cloud, another_world, shape):
 @pytest.mark.parametrize("n", [8, 16, 50, 100, 400])
 @pytest.mark.parametrize("offset", [0.0, 1e6])
 def test_perfect_estimate_of_a_partly_straight_path(registration, cloud, another_world, n, offset):
-    """Three cameras on the straight half tell nothing about the spin around it."""
+    """Three cameras on the straight half do not determine the spin around it."""
     for seed in range(20):
         gt = cloud("straight then bend", n, seed)
         gt += offset * np.random.default_rng(seed).uniform(-1, 1, 3)

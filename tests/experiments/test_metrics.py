@@ -57,8 +57,8 @@ def test_scores_are_counts_of_the_same_errors(scene, threshold, count):
     assert score == pytest.approx(staircase(rotations.errors, 10 * threshold, count), abs=1e-12)
 
 
-def test_scenes_in_one_batch_have_the_values_of_scenes_alone(small):
-    """Of several sizes, in no order, with missing cameras and with coinciding ones."""
+def test_scenes_in_one_batch_have_the_values_of_single_scenes(small):
+    """Scenes of several sizes, in no order, with missing cameras and with coinciding ones."""
     scenes = []
     for seed, n, lost in ((0, 30, 0), (1, 12, 0), (2, 30, 5), (3, 25, 0), (4, 30, 0), (5, 12, 3)):
         cell = Cell(n, lost, 0.0 if seed == 4 else 0.05, 4.0)

@@ -46,7 +46,7 @@ def table_of(make_up, **spoiled):
 
 @pytest.fixture(scope="module")
 def table(make_up):
-    """Of metrics that get worse with noise everywhere."""
+    """The table of metrics that get worse with noise everywhere."""
     return table_of(make_up)
 
 

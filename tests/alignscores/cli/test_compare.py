@@ -1,4 +1,4 @@
-"""What the command ``compare`` takes, and what it says of problems."""
+"""Arguments of the command ``compare``, and its messages on problems."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Files as other programs write them: what is in them, and what is said where they are broken."""
+"""Files of other programs: their content, and the message if they are broken."""
 
 import json
 import shutil

@@ -54,7 +54,7 @@ def test_a_system_is_ahead_of_another():
 
 
 def test_ten_systems_that_never_overlap_have_ten_ranks():
-    """Neighbours would have p = 0.008, and a correction for any error finds none."""
+    """Neighbours have p = 0.008; a correction for any error would find no difference."""
     ten = {f"s{k}": on(1, [1 - 0.1 * k + 0.01 * n for n in range(5)]) for k in range(10)}
     assert [best for best, _ in ranks(ten).values()] == list(range(1, 11))
     text = verdict_of(ten)

@@ -251,7 +251,7 @@ def test_two_files_with_inverse_poses_are_named_where_a_camera_frame_explains_th
 
 
 def test_two_files_with_inverse_poses_are_found_by_their_positions():
-    """Where their coordinate frames differ by origin and scale, their rotations agree as well."""
+    """Their coordinate frames differ by origin and scale; their rotations agree as well."""
     rng = np.random.default_rng(12)
     gt = reference("wandering", 120, rng)
     gt[:, :3, 3] = 0.1 * gt[:, :3, 3] + [3.0, 1.0, 0.0]

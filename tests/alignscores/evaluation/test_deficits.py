@@ -1,4 +1,4 @@
-"""Where a score is lost: against brute force, and on estimates whose faults are known."""
+"""Deficits of a score: against brute force, and on estimates with known faults."""
 
 from itertools import combinations, pairwise
 

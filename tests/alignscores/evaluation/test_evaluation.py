@@ -97,7 +97,7 @@ def test_statuses_tell_what_of_a_pose_is_missing():
 
 
 def test_numbered_frames_may_be_missing(examples):
-    """Of KITTI files every line has its partner; keys in memory tell which frames there are."""
+    """Every line of a KITTI file has its partner; keys in memory number the frames."""
     reference, estimate = (read_kitti(examples / file) for file in FILES["kitti"])
     thinned = Trajectory(estimate.keys[::2], estimate.poses[::2])
     failed, ignored = (evaluate(reference, thinned, missing=name) for name in ("fail", "ignore"))

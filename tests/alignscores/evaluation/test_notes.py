@@ -1,4 +1,4 @@
-"""What is noted: poses left out, gaps, scores that chance explains, mix-ups of convention."""
+"""Notes on poses left out, gaps, scores that chance explains, mix-ups of convention."""
 
 import json
 import re

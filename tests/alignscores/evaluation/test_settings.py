@@ -1,4 +1,4 @@
-"""Settings: values that they may have, what is said of others, and the parser made from them."""
+"""Settings: valid values, messages on others, and the parser that they define."""
 
 import re
 from dataclasses import FrozenInstanceError, fields, replace

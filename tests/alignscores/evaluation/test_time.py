@@ -215,7 +215,7 @@ def test_of_real_runs_fewer_poses_gain_nothing(real):
 
 
 def test_of_real_runs_without_a_stop_a_pose_more_makes_no_jump(real):
-    """Where the drone stands for 20 s, as in MH_01, one pose covers all of that."""
+    """One pose covers all of a stop, such as the 20 s of MH_01."""
     for truth, estimate in euroc_runs(real, "MH_03/vio_stereo/0", "V1_03/vislam_ba/0"):
         check_that_a_pose_more_makes_no_jump(truth, estimate)
 

@@ -159,7 +159,7 @@ def test_collinear_triplet(gt_direction, est_direction):
 
 @pytest.mark.parametrize("bit_generator", [np.random.PCG64, np.random.MT19937, np.random.Philox])
 def test_a_generator_goes_on(noisy_scene, bit_generator):
-    """Of whatever kind it is: its state decides, and the next call gets other numbers."""
+    """The state of any bit generator decides, and the next call gets other numbers."""
     gt, est = noisy_scene(50, 10, 0.03, 0)
     a, b = (np.random.Generator(bit_generator(1)) for _ in range(2))
     first, second = (tas(gt, est, rng=a).score for _ in range(2))

@@ -60,7 +60,7 @@ def objective(x, gt, est, threshold):
 
 
 def lowest_cost_near(start, gt, est, threshold):
-    """Where a general minimiser gets to."""
+    """Return the cost that a general minimiser reaches."""
     x = parameters(start)
     for _ in range(2):
         simplex = x + 0.01 * threshold * np.vstack([np.zeros(7), np.eye(7)])

@@ -88,7 +88,7 @@ def test_the_trajectory_is_coloured_by_the_error_in_the_reference_s_unit(evaluat
 
 
 def test_outliers_of_several_estimates_are_crosses_also_single_ones(evaluation):
-    """Of long stretches some; the box is around the reference, and fills its place."""
+    """Some of a long stretch; the box is around the reference, and fills its axes."""
     axes = figure_of([evaluation, evaluation], "trajectory").axes[0]
     errors = evaluation.result.tas.errors
     far = np.isfinite(errors) & (errors >= evaluation.result.tas.thresholds[-1])
