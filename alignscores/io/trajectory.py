@@ -250,8 +250,7 @@ def poses_from_matrices(matrices: Floats, source: Source) -> Floats:
 def time_unit(stamps: Floats) -> str:
     """Return the unit of time stamps, a key of `TIME_UNITS`, as their size or their steps show it.
 
-    Of stamps since the start of a recording, milliseconds and microseconds cannot be told from
-    seconds.
+    Stamps since the start of a recording pass for seconds, also milliseconds and microseconds.
     """
     in_order = bool((stamps[1:] > stamps[:-1]).all())
     size = abs(float(stamps[len(stamps) // 2])) if in_order else float(np.median(np.abs(stamps)))

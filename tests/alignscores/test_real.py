@@ -80,7 +80,7 @@ MISTAKES = {
 
 
 @each_pair
-def test_each_mistake_of_convention_is_told_by_its_name(real, pair):
+def test_each_mistake_of_convention_is_named(real, pair):
     matches = evaluate(real / pair.reference, real / pair.estimate, missing="ignore").matches
     wrongs = {
         "the poses of the estimate seem to be world-to-camera": np.linalg.inv(matches.est_poses)

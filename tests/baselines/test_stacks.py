@@ -1,4 +1,4 @@
-"""Scenes in one array have the values of each scene alone, bit for bit."""
+"""Scenes in one array have the values of single scenes, bit for bit."""
 
 import numpy as np
 import pytest

@@ -79,7 +79,7 @@ def test_correlation_is_zero_where_nothing_varies():
     assert statistics.correlation(values, values) == pytest.approx(1)
 
 
-def test_a_value_that_is_missing_is_not_taken_for_no_correlation():
+def test_a_missing_value_does_not_count_as_no_correlation():
     values = pd.Series([1.0, np.nan, 3.0])
     assert math.isnan(statistics.correlation(values, pd.Series([1.0, 2.0, 3.0])))
     table = trials(n_outliers=[0, 0, 1, 1], sigma_t=[1, 2, 1, 2], ATE=[1, 2, np.nan, 5])

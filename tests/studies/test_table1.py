@@ -61,7 +61,7 @@ def test_metrics_that_get_worse_with_noise_pass(table):
     [(0, "yes", "no"), (1, "no", "yes"), (10, "no", "yes"), (50, "yes", "yes")],
 )
 def test_one_number_of_outliers_is_enough_to_fail(make_up, n_outliers, with_outliers, on_a_line):
-    """All from one to ten count against outliers, none alone on a line, more nowhere."""
+    """One to ten count against outliers, on a line only zero, and more nowhere."""
     table = table_of(make_up, blind=lambda metric, cell: cell.n_outliers == n_outliers)
     for metric in PAPER:
         assert table.loc[(metric, OUTLIER), "ours"] == with_outliers

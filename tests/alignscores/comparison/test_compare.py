@@ -44,7 +44,7 @@ def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_pa
 
 
 def test_processes_do_not_matter(benchmark_of, run, tmp_path):
-    """Nor does it if a reference was read before: its notes are told each time."""
+    """Nor does it if a reference was read before: its notes are printed each time."""
     patterns = benchmark_of(SYSTEM, ["car"], runs=2)
     reference = tmp_path / "car/gt.txt"
     reference.write_text(reference.read_text() + reference.read_text().splitlines()[-1])

@@ -312,7 +312,7 @@ def test_latex_has_three_digits_marks_failures_and_all_sequences(run, tmp_path):
     assert "0.996" in lines[5]
 
 
-def test_why_scores_are_low_is_told_with_verbose(benchmark_of, run):
+def test_verbose_says_why_scores_are_low(benchmark_of, run):
     patterns = benchmark_of({"a": (0.5, 10.0, 1, 0.5)}, ["car"], runs=2)
     assert "of the time lost, " not in run(*patterns)[1]
     text = " ".join(run(*patterns, "--verbose")[1].split())

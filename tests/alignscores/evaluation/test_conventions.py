@@ -270,7 +270,7 @@ def test_two_files_with_inverse_poses_are_found_by_their_positions():
     assert notes_on_conventions(*far) == {}
 
 
-def test_mirrored_poses_on_a_plane_are_told_from_another_camera_frame():
+def test_mirrored_poses_on_a_plane_differ_from_another_camera_frame():
     """Both raise the score; the mirrored reference more."""
     rng = np.random.default_rng(13)
     gt = reference("vehicle", 120, rng)

@@ -161,8 +161,8 @@ def test_every_door_gives_the_same_numbers(
 
 
 @pytest.mark.parametrize("format_name", sorted(ALL_FORMATS))
-def test_what_is_taken_out_is_taken_out_of_metrics_too(format_name, written):
-    """They are of the poses as these were scored."""
+def test_metrics_are_of_the_corrected_poses(format_name, written):
+    """As they are scored: inverted, and without the rotation of the camera frame."""
     honest, plain, corrected = (
         evaluate(*written(case, format_name)[::2], **settings_of(case, format_name))
         for case in ("nothing", "invert", "both of them")

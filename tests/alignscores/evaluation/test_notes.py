@@ -198,7 +198,7 @@ def drive(n=60):
 
 
 @pytest.mark.parametrize("factor", [0.5, 0.985, 1.0, 1.03])
-def test_a_scale_that_is_off_is_told_below_the_table(run, kitti, factor):
+def test_a_wrong_scale_is_noted_below_the_table(run, kitti, factor):
     est = drive()
     est[:, :3, 3] *= factor
     files = "kitti", kitti(drive(), "gt.txt"), kitti(est, "est.txt")
