@@ -39,7 +39,7 @@ class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
         digest = sha256()
         for source in sorted(folder.glob("*.[ch]")):
             digest.update(source.read_bytes())
-        # The package finds by this name the library of its own sources; one that ended in .so would
+        # The package finds the library of its sources by this name; one that ended in .so would
         # pass for a Python module. ctypes loads it on Windows, too.
         name = f"kernel.so.{digest.hexdigest()[:16]}"
         self.folder = TemporaryDirectory()  # until the wheel is built

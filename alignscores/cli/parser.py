@@ -85,7 +85,7 @@ class Parser(argparse.ArgumentParser):
         for argument in unknown:
             option = argument.partition("=")[0]
             if option in self.foreign:
-                self.error(f"{option} is of `{self.foreign[option]}`")
+                self.error(f"{option} belongs to `{self.foreign[option]}`")
             all_options = [name for name in self._option_string_actions if name.startswith("--")]
             near = get_close_matches(option, [*all_options, *self.foreign], n=1)
             hint = f"; did you mean {near[0]}?" if near else ""

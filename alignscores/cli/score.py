@@ -199,7 +199,7 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
         hint = (
             f"alignscores bag {reference} {reference} --ref_topic {estimates[0]} --est_topic NAME"
         )
-        parser.error(f"{estimates[0]} is no file; topics are options here: {hint}")
+        parser.error(f"{estimates[0]} is not a file; topics are options here: {hint}")
     settings = parser.settings(arguments)
     if not arguments.format:
         columns = settings.columns_of_reference

@@ -156,7 +156,7 @@ def _read(path: FilePath, settings: Settings, side: str) -> Trajectory:
     file_format = settings.form if side == "ref" else settings.est_form
     side_columns: str | None = getattr(settings, f"{side}_columns")
     if side_columns and not file_format.tables:
-        raise FileError(path, f"is no text table: --{side}_columns does not apply")
+        raise FileError(path, f"is not a text table: --{side}_columns does not apply")
     ref_columns, est_columns = settings.columns_of_reference, settings.columns_of_estimates
     columns = ref_columns if side == "ref" else est_columns
     try:

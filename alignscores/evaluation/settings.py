@@ -407,7 +407,7 @@ def _check_rig_frames(text: str) -> None:
     try:
         n_groups = re.compile(text).groups
     except (re.error, TypeError) as error:
-        raise ValueError(f"rig_frames {brief(text)} is no regular expression: {error}") from None
+        raise ValueError(f"rig_frames {brief(text)} is not a regular expression: {error}") from None
     if n_groups != 1:
         raise ValueError(r"rig_frames needs one group in brackets, as in '(\d+)\.png$'")
 

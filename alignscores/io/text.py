@@ -396,7 +396,9 @@ def _keys(column: dict[str, Floats], source: Source, usual: str) -> NDArray[Any]
         for name, values in stamps.items() if len(stamps) > 1 else ():
             beyond = (values < 0) | (values >= TIME_UNITS[name[2:]])
             if name != "t_s":
-                source.refuse(beyond, f"{name} is no fraction of t_s; --columns chooses one clock")
+                source.refuse(
+                    beyond, f"{name} is not a fraction of t_s; --columns chooses one clock"
+                )
         check_stamps(np.asarray(seconds), source)
         return np.asarray(seconds)
     keys = stamps.get("t", column.get("n", np.arange(0.0, len(column["x"]))))

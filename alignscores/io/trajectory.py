@@ -193,11 +193,11 @@ def _check_quaternions(lengths: Floats, zero: Booleans, source: Source) -> None:
     wrong = deviation > MAX_DEVIATION
     if wrong.any():
         row = int(np.argmax(wrong))
-        also = f", and so {_n_others(int(wrong.sum()) - 1)}" if wrong.sum() > 1 else ""
+        also = f", nor {_n_others(int(wrong.sum()) - 1)}" if wrong.sum() > 1 else ""
         raise source.error(
             row,
-            f"a quaternion of length {lengths[row]:.3g} is no rotation{also}; --columns names the "
-            "columns, such as 't x y z' for only positions",
+            f"a quaternion of length {lengths[row]:.3g} is not a rotation{also}; "
+            "--columns names the columns, such as 't x y z' for only positions",
         )
     _warn_of(deviation, source, "has a quaternion that is not of unit length")
 
@@ -283,7 +283,9 @@ def check_stamps(seconds: Floats, source: Source) -> None:
     far = np.abs(seconds) > MAX_SECONDS
     if far.any():
         row, middle = int(np.argmax(far)), float(np.median(seconds))
-        reason = f"the time stamp of {seconds[row]:.6g} s is no time; most are near {middle:.6g} s"
+        reason = (
+            f"the time stamp of {seconds[row]:.6g} s is not a time; most are near {middle:.6g} s"
+        )
         raise source.error(row, reason)
 
 

@@ -27,7 +27,7 @@ WRONG = [
     ([*TUM, "--nothing", "-x"], "unknown option --nothing; see alignscores --help"),
     ([*TUM, "--alignement", "none"], "unknown option --alignement; did you mean --alignment?"),
     ([*TUM, "--save-page=a.html"], "unknown option --save-page; did you mean --save_page?"),
-    ([*TUM, "--by", "PAS"], "--by is of `alignscores compare`; see"),
+    ([*TUM, "--by", "PAS"], "--by belongs to `alignscores compare`; see"),
     ([*TUM, "--fail-on", "PAS<1"], "unknown option --fail-on; did you mean --fail_on?"),
     ([*TUM, "--markdown", "-", "--csv"], "--markdown - and --csv both print"),
     ([*TUM, "--repeat", "0"], "repeat must be a whole number of at least 1, not '0'"),
@@ -45,7 +45,7 @@ WRONG = [
     (["compare", "sfm", "a", "b"], "give a format (tum, kitti, euroc, names, hloc, colmap, "),
     ([*COMPARE, "--save_page", "page.txt"], "argument --save_page: page.txt does not"),
     ([*COMPARE, "--save_pages", "a.html"], "unknown option --save_pages; did you mean --save_page"),
-    ([*COMPARE, "--save_rrd", "a.rrd"], "--save_rrd is of `alignscores REF EST`"),
+    ([*COMPARE, "--save_rrd", "a.rrd"], "--save_rrd belongs to `alignscores REF EST`"),
     ([*COMPARE, "--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),
     ([*COMPARE, "--by", "rpe@1m"], "argument --by: must be one of TAS, RAS, PAS, half_distance"),
 ]

@@ -65,7 +65,7 @@ def test_recordings_with_the_same_file_names_are_no_rig():
     ("option", "problem"),
     [
         (r"\d+", "rig_frames needs one group in brackets"),
-        ("(", "is no regular expression"),
+        ("(", "is not a regular expression"),
         (r"(x)_", "rig_frames: no name fits, such as 'cam0/0000.png'"),
     ],
 )

@@ -114,7 +114,7 @@ def test_two_clocks_are_not_added(write):
         read_tum(path)
     assert read_tum(path, columns="- t_ns x y z").keys[0] == pytest.approx(STAMPS[0] + 5000)
     path = write(table(STAMPS, utc, POSITIONS, by=",", header="sec,nsec,x,y,z"))
-    with pytest.raises(FileError, match="line 2: t_ns is no fraction of t_s"):
+    with pytest.raises(FileError, match="line 2: t_ns is not a fraction of t_s"):
         read_tum(path)
 
 
@@ -140,7 +140,7 @@ def test_a_quaternion_that_is_none_is_refused_in_any_row(write, columns):
     quaternions[17] *= 1.2
     parts = [STAMPS, POSITIONS, quaternions, np.arange(N)]
     path = write(table(*(parts if columns == 9 else parts[:3] if columns == 8 else parts[1:3])))
-    message = "line 18: a quaternion of length 1.2 is no rotation; --columns names"
+    message = "line 18: a quaternion of length 1.2 is not a rotation; --columns names"
     with pytest.raises(FileError, match=message):
         read_tum(path)
 
@@ -280,7 +280,9 @@ def test_two_runs_in_a_file_are_refused(write):
 def test_a_stamp_that_is_no_time_is_refused(write):
     lines = TUM.splitlines()
     lines[7] = " ".join(["1e18", *lines[7].split()[1:]])
-    with pytest.raises(FileError, match=r"line 8: the time stamp of 1e\+18 s is no time; most are"):
+    with pytest.raises(
+        FileError, match=r"line 8: the time stamp of 1e\+18 s is not a time; most are"
+    ):
         read_tum(write(lines))
     with pytest.raises(FileError, match="line 8: the time stamp"):
         read_stamps(write(lines))
