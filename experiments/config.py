@@ -59,7 +59,7 @@ EXPERIMENTS = (
 """The paper's experiments; other files in ``configs/experiment`` are the user's."""
 
 STRICT = ConfigDict(strict=True, extra="forbid")
-SHOWN = 3  # problems of a file: a key that is missing is often one that is misspelt
+N_SHOWN = 3  # problems of a file: a key that is missing is often one that is misspelt
 
 T = TypeVar("T")
 
@@ -298,17 +298,17 @@ def settings_file(results: Path, table: str, sweeps: Sequence[Sweep]) -> Path:
     So the rule runs again whoever wrote the table, with or without a record by Snakemake.
     """
     path, record = results / "settings" / f"{table}.json", results / f"{table}.json"
-    wanted = json.loads(json.dumps(TypeAdapter(list[Sweep]).dump_python(list(sweeps))))
+    expected = json.loads(json.dumps(TypeAdapter(list[Sweep]).dump_python(list(sweeps))))
     recorded, written = _sweeps(record), _sweeps(path)
-    content: dict[str, Any] = {"sweeps": wanted}
-    if recorded not in (None, wanted):  # Snakemake compares what is in the file, too
+    content: dict[str, Any] = {"sweeps": expected}
+    if recorded not in (None, expected):  # Snakemake compares what is in the file, too
         content["not_in"] = f"{record}, written at {record.stat().st_mtime_ns} ns"
-    elif written == wanted:
+    elif written == expected:
         return path
     text = json.dumps(content, indent=2) + "\n"
     if not path.exists() or path.read_text("utf-8") != text:
         write_whole(path, text.encode())
-        if recorded == wanted:
+        if recorded == expected:
             os.utime(path, (0, 0))
     return path
 
@@ -338,5 +338,5 @@ def read_yaml(path: Path, schema: type[T]) -> T:
     try:
         return TypeAdapter(schema).validate_python({} if content is None else content)
     except ValidationError as error:
-        reasons = "; ".join(" ".join(problem).strip() for problem in problems(error)[:SHOWN])
+        reasons = "; ".join(" ".join(problem).strip() for problem in problems(error)[:N_SHOWN])
         raise ConfigError(f"{path}: {reasons}") from None

@@ -53,7 +53,7 @@ def test_an_experiment_is_a_table_and_its_record(command, capsys):
     assert (trials.sweep.trials, trials.sweep.tas["max_threshold"], len(trials.table)) == (1, 2, 1)
 
 
-def test_each_run_has_a_folder_of_its_own(command, capsys):
+def test_each_run_has_its_own_folder(command, capsys):
     """In the same second, too; nothing is replaced."""
     for day in range(3):
         assert command(*SMALL, f"seed={day}", "hydra.run.dir=outputs/day/time") == 0
