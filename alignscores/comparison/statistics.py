@@ -8,13 +8,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache, reduce
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from ..arrays import Floats
+from ..arrays import Booleans, Floats
 
 __all__ = ["LEVEL", "MIN_RUNS", "MIN_SEQUENCES", "N_PERMUTATIONS", "Interval", "Test"]
 __all__ += ["beats", "difference", "false_discovery", "holm"]
@@ -197,21 +197,27 @@ def _difference(a: float, b: float) -> float:
 
 
 def _signed_ranks(differences: Sequence[float]) -> Test:
-    """Return Wilcoxon's test, by permutations of the signs: exact also with ties and zeros."""
+    """Return Wilcoxon's test, by permutations of the signs: exact also with ties and zeros.
+
+    SciPy's needs 0.35 s for that with 11 differences, and 2 s from 14 on; this one a millisecond.
+    """
     smallest = max(0.5 ** len(differences), 1 / (N_PERMUTATIONS + 1))
     possible = len(differences) >= MIN_SEQUENCES
-    values = [value for value in differences if value]
-    if len(values) < 2:
-        return Test(1.0, 1.0, smallest, possible)
-    better, worse = (
-        scipy.stats.wilcoxon(
-            values,
-            alternative=alternative,
-            method=scipy.stats.PermutationMethod(N_PERMUTATIONS, rng=np.random.default_rng(0)),
-        ).pvalue
-        for alternative in ("greater", "less")
-    )
+    values = np.array([value for value in differences if value])
+    positive = _flipped_signs(len(values)) ^ (values > 0)
+    statistic = positive @ scipy.stats.rankdata(np.abs(values))
+    better, worse = np.mean(statistic >= statistic[0]), np.mean(statistic <= statistic[0])
     return Test(float(better), float(worse), smallest, possible)
+
+
+@lru_cache(maxsize=32)
+def _flipped_signs(n: int) -> Booleans:
+    """Return which of n signs are flipped: none in the first row, then all ways, or random ones."""
+    if 2**n <= N_PERMUTATIONS + 1:
+        return np.array(list(product([False, True], repeat=n)), dtype=bool).reshape(2**n, n)
+    flipped = np.random.default_rng(0).random((N_PERMUTATIONS + 1, n)) < 0.5
+    flipped[0] = False
+    return flipped
 
 
 def false_discovery(p_values: ArrayLike) -> Floats:
