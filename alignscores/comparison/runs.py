@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Booleans, Floats
-from ..evaluation.evaluation import LOST, Evaluation
+from ..evaluation.evaluation import FAILED, LOST, Evaluation
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.reading import files_below, read_reference
 from ..evaluation.rigs import of_model
@@ -185,6 +185,8 @@ def _scored(task: Task) -> Result:
             rig_frames=rig_frames,
             check=task.check,
         )
+        if failed := [note.text for note in evaluation.notes if note.kind == FAILED]:
+            raise ValueError(failed[0])
     except FAILURES as error:
         message = printable(why(error))
         message = (
