@@ -303,7 +303,9 @@ def _constant(
         return [], estimate
     if len(positions) > 1 and (positions == positions[0]).all():
         nothing = np.full_like(estimate.poses, np.nan)
-        return [Note(FAILED, "it has one pose throughout: no pose counts")], estimate._replace(poses=nothing)
+        return [Note(FAILED, "it has one pose throughout: no pose counts")], estimate._replace(
+            poses=nothing
+        )
     if not has_rotations:
         return [], estimate
     text = "its rotations are all the same, and are scored as they are"

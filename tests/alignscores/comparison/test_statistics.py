@@ -15,7 +15,7 @@ from alignscores.comparison.statistics import (
     paired_test,
     permutation_test,
     sequence_test,
-    wins,
+    win_probability,
 )
 
 FAILED = -np.inf
@@ -30,9 +30,9 @@ def test_a_failed_run_loses_to_every_other_and_ties_count_half():
     assert beats([1, 0, 0, FAILED, np.nan], [0, 1, 0, FAILED, 0]).tolist() == [1, 0, 0.5, 0.5, 0.5]
     one = np.array([0.9, FAILED]), np.array([0.1, 0.9])
     other = np.array([0.5]), np.array([FAILED])
-    assert wins([one]) == (1 + 0.5) / 4
-    assert wins([one, other]) == (1.5 / 4 + 1) / 2
-    assert wins([one], paired=True) == 0.5
+    assert win_probability([one]) == (1 + 0.5) / 4
+    assert win_probability([one, other]) == (1.5 / 4 + 1) / 2
+    assert win_probability([one], paired=True) == 0.5
 
 
 def studentised(runs):
