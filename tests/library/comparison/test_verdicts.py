@@ -218,6 +218,13 @@ def test_without_rotations_the_verdict_says_by_what_to_compare(patterns, run):
     assert run(*words, "--by", "TAS")[1].startswith("a_b is ahead of c")
 
 
+def test_a_system_without_any_value_is_named():
+    runs = table({"a": on(1, GOOD), "b": on(1, BAD), "c": on(1, [None] * 10)})
+    found = compare(runs.assign(status="scored"))
+    assert "No run of c has a PAS: not compared." in found.verdict
+    assert set(found.pairs["a"]) | set(found.pairs["b"]) == {"a", "b"}
+
+
 def test_the_command_begins_with_the_verdict(patterns, run):
     code, out, _ = run(*patterns)
     verdict, overall, by_sequence, legend = out.rstrip().split("\n\n")
