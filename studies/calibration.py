@@ -134,7 +134,7 @@ def worst_cases(draws: int, n: int = 10) -> dict[str, float]:
         Case(sequences, (a, b), scatter, scale=10.0)
         for sequences, a, b, scatter in product((1, 2, 6), range(3, 11), range(3, 11), SCATTERS)
     ]
-    by_first_draws = sorted(cases, key=lambda case: significant_share(case, draws // 5, seed=1))
+    by_first_draws = sorted(cases, key=lambda case: significant_share(case, draws // 2, seed=1))
     return {
         f"{case.runs} on {case.sequences}, {case.scatter}": significant_share(case, 4 * draws)
         for case in by_first_draws[-n:]

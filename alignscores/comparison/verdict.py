@@ -104,28 +104,28 @@ def _on_leader(leader: str, tested: Sequence[dict[str, Any]], by: str, n_tested:
 
 def _too_few_runs(pairs: pd.DataFrame) -> list[str]:
     """Return which pairs no result could make significant, and how many runs are needed."""
-    lines = []
-    names = ["method", "runs_a", "runs_b", "sequences", "needed"]
-    for _, group in pairs[pairs["needed"] != ""].groupby(names, sort=False):
-        method, runs_a, runs_b, sequences, needed = (records(group)[0][name] for name in names)
-        fewer, more = sorted((runs_a, runs_b))
-        where = _number(sequences, "sequence")
-        if method == SINGLE:
-            have = f"single runs on {where}"
-        elif method == PAIRED:
-            have = f"so few paired runs on {where}"
-        elif method == DEPENDENT and fewer < MIN_RUNS:
-            have = f"{fewer} runs that are on all of {where}"
-        else:
-            each = f"{fewer} runs each" if fewer == more else f"{fewer} and {more} runs"
-            have = f"{each} on {where}"
-        systems = [f"{row['a']} and {row['b']}" for row in records(group)]
-        n_pairs = f" ({len(systems)} pairs)" if len(systems) > 1 else ""
-        lines.append(
-            f"{first_few(systems)}{n_pairs}: with {have} no result could be significant; "
-            f"{needed} are needed."
-        )
-    return lines
+    systems: dict[tuple[str, str], list[str]] = {}
+    for pair in records(pairs[pairs["needed"] != ""]):
+        key = _runs_text(pair), pair["needed"]
+        systems.setdefault(key, []).append(f"{pair['a']} and {pair['b']}")
+    return [
+        f"{first_few(names)}{f' ({len(names)} pairs)' if len(names) > 1 else ''}: with {runs} no "
+        f"result could be significant; {needed} are needed."
+        for (runs, needed), names in systems.items()
+    ]
+
+
+def _runs_text(pair: dict[str, Any]) -> str:
+    """Return how many runs a pair has."""
+    fewer, more = sorted((pair["runs_a"], pair["runs_b"]))
+    where = _number(pair["sequences"], "sequence")
+    if pair["method"] == SINGLE:
+        return f"single runs on {where}"
+    if pair["method"] == PAIRED:
+        return f"so few paired runs on {where}"
+    if pair["method"] == DEPENDENT and fewer < MIN_RUNS:
+        return f"{_number(fewer, 'run')} that all of {where} have"
+    return f"{f'{fewer} runs each' if fewer == more else f'{fewer} and {more} runs'} on {where}"
 
 
 def _without_value(runs: pd.DataFrame, by: str) -> list[str]:
@@ -149,7 +149,7 @@ def _missing_sequences(runs: pd.DataFrame, by: str) -> list[str]:
         which = f"the {len(common)} sequences" if len(common) > 1 else "the only sequence"
         lines.append(
             f"Means are over {which} that all systems have ({first_few(common)}), {by} (all) is "
-            "over all that a system has; --expect_all counts the missing ones as failed."
+            "over all sequences of a system; --expect_all counts the missing ones as failed."
             if common
             else "No sequence has runs of all systems, so that their means cannot be compared; "
             "--expect_all counts the missing ones as failed."
