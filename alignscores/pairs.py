@@ -20,7 +20,7 @@ PAIRS_AT_ONCE = 1 << 13  # their temporaries stay in the cache
 
 @dataclass(frozen=True, eq=False)
 class PairBlock:
-    """What the errors of some pairs (i, j) follow from: cameras i in rows, j in columns.
+    """Quantities of some pairs (i, j) for their errors: cameras i in rows, j in columns.
 
     Only the entries where ``pairs`` is true, those of i < j, count. The quaternions, (rows, 4) and
     (4, columns), are those of the rotations between the frames; ``dots`` are the scalar products of

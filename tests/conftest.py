@@ -1,4 +1,4 @@
-"""What all test modules share: levels, reference values, factories of scenes, and the command."""
+"""Common to all test modules: levels, reference values, factories of scenes, and the command."""
 
 import json
 import os
@@ -121,37 +121,37 @@ def real():
     return REAL
 
 
-def _cloud(kind, n, seed):
+def _cloud(shape, n, seed):
     rng = np.random.default_rng([seed, n])
     t = np.arange(n, dtype=float)
     zero = np.zeros(n)
     tilt = Rotation.random(rng=rng)
-    if kind == "cube":
+    if shape == "cube":
         return rng.random((n, 3)) - 0.5
-    if kind == "axis":
+    if shape == "axis":
         return np.column_stack([t, zero, zero])
-    if kind == "oblique line":
+    if shape == "oblique line":
         return tilt.apply(np.column_stack([t, zero, zero]))
-    if kind == "plane":
+    if shape == "plane":
         return np.column_stack([rng.random((n, 2)), zero])
-    if kind == "oblique plane":
+    if shape == "oblique plane":
         return tilt.apply(np.column_stack([rng.random((n, 2)), zero]))
-    if kind == "helix":  # the golden angle: no cameras line up
+    if shape == "helix":  # the golden angle: no cameras line up
         return np.column_stack([np.cos(2.4 * t), np.sin(2.4 * t), t / 20])
-    if kind == "clusters":  # standard deviations from 0.001 to 1
+    if shape == "clusters":  # standard deviations from 0.001 to 1
         return rng.normal(size=(n, 3)) * 10.0 ** -(t[:, None] % 4) + 3 * (t[:, None] % 4)
-    if kind == "straight then bend":  # the first half lies exactly on a line
+    if shape == "straight then bend":  # the first half lies exactly on a line
         half = n // 2
         bend = 0.1 * np.arange(1, n - half + 1)
         curve = np.column_stack([np.sin(bend), 1 - np.cos(bend), 0.05 * bend])
         line = np.column_stack([0.1 * np.arange(half) - 0.1 * (half - 1), np.zeros((half, 2))])
         return tilt.apply(np.vstack([line, curve]))
-    raise ValueError(kind)
+    raise ValueError(shape)
 
 
 @pytest.fixture(scope="session")
 def cloud():
-    """(kind, n, seed) -> (n, 3) ground-truth positions of about unit size."""
+    """(shape, n, seed) -> (n, 3) ground-truth positions of about unit size."""
     return _cloud
 
 
@@ -250,7 +250,7 @@ def score(run):
 
 @pytest.fixture
 def process(examples, tmp_path):
-    """(arguments, before=) -> the command in a process of its own, after some code."""
+    """(arguments, before=) -> the command in a new process, after some code."""
 
     def process(*arguments, before="pass", **environment):
         code = f"import sys; {before}; from alignscores.cli import main; sys.exit(main())"
@@ -301,7 +301,7 @@ def tum(tmp_path):
 
 @pytest.fixture
 def run_compare(tmp_path, command, monkeypatch):
-    """(arguments) -> as `command`, of ``compare``, in a folder of its own."""
+    """(arguments) -> as `command`, of ``compare``, in a new folder."""
     monkeypatch.chdir(tmp_path)
     return partial(command, "compare")
 
@@ -356,7 +356,7 @@ def benchmark_of(tmp_path):
 
 @pytest.fixture
 def patterns(benchmark_of, tmp_path):
-    """A benchmark of two systems, of which the second lacks a run."""
-    found = benchmark_of({"a_b": (0.1, 1.0, 1, 0.0), "c": (0.3, 3.0, 1, 0.0)}, n=60)
+    """A benchmark of two systems; the second lacks a run."""
+    files = benchmark_of({"a_b": (0.1, 1.0, 1, 0.0), "c": (0.3, 3.0, 1, 0.0)}, n=60)
     (tmp_path / "car/c/2.txt").unlink()
-    return found
+    return files

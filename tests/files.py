@@ -16,7 +16,7 @@ FILES = {
     "colmap": ("colmap/reference", "colmap/estimate"),
     "nerf": ("nerf/reference.json", "nerf/estimate.json"),
 }
-TUM, KITTI, COLMAP = ((form, *FILES[form]) for form in ("tum", "kitti", "colmap"))
+TUM, KITTI, COLMAP = ((name, *FILES[name]) for name in ("tum", "kitti", "colmap"))
 # Each camera of the reference has the pose of its own stamp, or none.
 AT_STAMPS = "--sync", "nearest", "--max_gap", 0
 
@@ -29,7 +29,7 @@ def write_tum(path, rotations, positions, keep=slice(None)):
 
 
 def write_stamped(path, stamps, poses):
-    """Write poses, some of which may not be finite, in the format TUM."""
+    """Write poses, also those that are not finite, in the format TUM."""
     quaternions = np.full((len(poses), 4), np.nan)
     finite = np.isfinite(poses).all(axis=(1, 2))
     quaternions[finite] = Rotation.from_matrix(poses[finite, :3, :3]).as_quat()

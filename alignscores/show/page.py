@@ -23,7 +23,7 @@ from .document import COLOURS, LAYOUT, RAMP, REFERENCE, inert, log_range, rectan
 
 __all__ = ["figures", "page_of"]
 
-N_PROFILE = 16  # largest thresholds at which a score is drawn
+N_PROFILE = 16  # largest thresholds of a drawn profile
 
 
 def page_of(
@@ -109,7 +109,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     for index, evaluation in enumerate(scored):
         errors = curve(evaluation, "TAS").errors.astype(np.float32)
         positions = over_expected(evaluation, evaluation.positions, np.nan) - origin
-        has_pose, group, where = finite_rows(positions), str(index), _places(evaluation)
+        has_pose, group, where = finite_rows(positions), str(index), _frame_labels(evaluation)
         far = has_pose & (errors >= limit)
         add(
             positions,
@@ -177,7 +177,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     return figure.update_layout(margin={"l": 0, "r": 10, "b": 70})
 
 
-def _places(evaluation: Evaluation) -> list[str]:
+def _frame_labels(evaluation: Evaluation) -> list[str]:
     """Return the time of each expected frame, its number, or the name of the image."""
     if evaluation.matches.timed:
         return [f"{time:.2f} s" for time in times(evaluation).tolist()]
@@ -188,17 +188,17 @@ def _places(evaluation: Evaluation) -> list[str]:
 
 def _errors(scored: Sequence[Evaluation]) -> go.Figure:
     """Draw the errors over time on logarithmic axes, lost time, and what costs the scores most."""
-    kinds = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
+    scores = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
     n = len(scored)
     figure = make_subplots(
-        rows=2 * len(kinds),
+        rows=2 * len(scores),
         shared_xaxes=True,
-        row_heights=[0.08 + 0.015 * n, 0.5] * len(kinds),
+        row_heights=[0.08 + 0.015 * n, 0.5] * len(scores),
         vertical_spacing=0.02,
     )
     first, ordered = scored[0], scored[0].settings.form.ordered
     dots = "lines" if ordered else "markers"
-    for k, score in enumerate(kinds):
+    for k, score in enumerate(scores):
         curves = {
             index: curve(evaluation, score)
             for index, evaluation in enumerate(scored)
@@ -224,7 +224,7 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
                 x=x,
                 y=y,
                 customdata=np.where(np.isfinite(true), true, np.nan).astype(np.float32),
-                text=None if ordered else _places(evaluation),
+                text=None if ordered else _frame_labels(evaluation),
                 mode=dots,
                 line={**style(index), "width": 1.5},
                 hovertemplate=f"{'' if ordered else '%{text}: '}%{{customdata:.3g}} {unit}",
@@ -242,11 +242,11 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
         edge = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom"}
         domain = {"xref": "x domain", "yref": f"y{2 * k + 1 if k else ''} domain"}
         figure.add_annotation(**note, **edge, **domain)
-    last = 2 * len(kinds)
+    last = 2 * len(scores)
     figure.update_xaxes(title_text=time_label(first).partition(" ")[0], row=last, col=1)
     timed = first.matches.timed
     figure.update_xaxes(hoverformat=".2f" if timed else "d", ticksuffix=" s" if timed else "")
-    height = 340 * len(kinds) + 12 * n * len(kinds)
+    height = 340 * len(scores) + 12 * n * len(scores)
     return figure.update_layout(**LAYOUT, height=height, hovermode="x unified")
 
 
@@ -265,9 +265,9 @@ def _bars(drawn: Curve, index: int) -> dict[str, Any]:
 
 def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
     """Draw the scores over their largest thresholds."""
-    kinds = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
-    figure = make_subplots(rows=len(kinds), vertical_spacing=0.2)
-    for k, score in enumerate(kinds):
+    scores = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
+    figure = make_subplots(rows=len(scores), vertical_spacing=0.2)
+    for k, score in enumerate(scores):
         cell = {"row": k + 1, "col": 1}
         unit = scored[0].settings.form.unit if score == "TAS" else "deg"
         limit = curve(scored[0], score).limit
@@ -291,7 +291,7 @@ def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
         figure.update_xaxes(type="log", title_text=title, dtick=1, tickformat="~g", **cell)
         figure.update_xaxes(hoverformat=".3g", **cell)
         figure.update_yaxes(range=[0, 1.02], title_text=score, **cell)
-    return figure.update_layout(**LAYOUT, height=320 * len(kinds), hovermode="x unified")
+    return figure.update_layout(**LAYOUT, height=320 * len(scores), hovermode="x unified")
 
 
 def _scores(evaluation: Evaluation, score: str, largest: Floats) -> Floats:

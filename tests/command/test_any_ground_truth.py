@@ -1,7 +1,7 @@
 """Each kind of ground truth and estimate that people have gets its numbers, through every door.
 
-A case is the scene of the examples in another form. Positions alone have the TAS, the distance and
-the ATE that the same file has with rotations.
+A case is the scene of the examples in another form. Positions without rotations have
+the TAS, the distance and the ATE of the same file with rotations.
 """
 
 import json

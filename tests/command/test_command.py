@@ -26,7 +26,7 @@ WRONG = [
     ([*TUM, "--nothing", "-x"], "unknown option --nothing; see alignscores --help"),
     ([*TUM, "--alignement", "none"], "unknown option --alignement; did you mean --alignment?"),
     ([*TUM, "--save-page=a.html"], "unknown option --save-page; did you mean --save_page?"),
-    ([*TUM, "--by", "PAS"], "--by is of `alignscores compare`; see"),
+    ([*TUM, "--by", "PAS"], "--by belongs to `alignscores compare`; see"),
     ([*TUM, "--fail-on", "PAS<1"], "unknown option --fail-on; did you mean --fail_on?"),
     ([*TUM, "--markdown", "-", "--csv"], "--markdown - and --csv both print"),
     ([*TUM, "--repeat", "0"], "repeat must be a whole number of at least 1, not '0'"),
@@ -44,7 +44,7 @@ WRONG = [
     (["compare", "sfm", "a", "b"], "give a format (tum, kitti, euroc, names, hloc, colmap, "),
     ([*COMPARE, "--save_page", "page.txt"], "argument --save_page: page.txt does not"),
     ([*COMPARE, "--save_pages", "a.html"], "unknown option --save_pages; did you mean --save_page"),
-    ([*COMPARE, "--save_rrd", "a.rrd"], "--save_rrd is of `alignscores REF EST`"),
+    ([*COMPARE, "--save_rrd", "a.rrd"], "--save_rrd belongs to `alignscores REF EST`"),
     ([*COMPARE, "--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),
     ([*COMPARE, "--by", "rpe@1m"], "argument --by: must be one of TAS, RAS, PAS, half_distance"),
 ]
@@ -65,8 +65,8 @@ def test_help_has_the_everyday_options_and_help_all_has_all(run):
     assert "--weight " not in short
     for name in set(ABOUT) - {"format"}:
         assert f"--{name} " in full
-    for name, form in FORMATS.items():
-        assert f"  {name:8}  {form.help}\n" in short
+    for name, file_format in FORMATS.items():
+        assert f"  {name:8}  {file_format.help}\n" in short
     _, short, _ = run("compare", "--help")
     _, full, _ = run("compare", "--help-all")
     assert "--paired" not in short
@@ -74,11 +74,11 @@ def test_help_has_the_everyday_options_and_help_all_has_all(run):
     assert "\n3 a condition of --fail_on holds\n" in short
 
 
-def test_metrics_are_listed(run):
+def test_the_command_metrics_lists_all(run):
     code, out, err = run("metrics")
     assert (code, err) == (0, "")
-    listed = [line.split()[0] for line in out.splitlines() if line.startswith("  ")]
-    assert listed == [entry.syntax for entry in METRICS]
+    names = [line.split()[0] for line in out.splitlines() if line.startswith("  ")]
+    assert names == [entry.syntax for entry in METRICS]
 
 
 def test_version(run):

@@ -1,4 +1,4 @@
-"""What the command ``compare`` takes, and what it says of problems."""
+"""Arguments of the command ``compare``, and its messages on problems."""
 
 import sys
 
@@ -29,5 +29,5 @@ def test_a_dry_run_shows_what_is_found_and_what_is_left_out(benchmark_of, run_co
 
 
 def test_the_format_is_recognised(benchmark_of, run_compare):
-    form, *patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=20)
-    assert run_compare(*patterns, "--jobs", 1) == run_compare(form, *patterns, "--jobs", 1)
+    format_name, *patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0)}, ["car"], 1, n=20)
+    assert run_compare(*patterns, "--jobs", 1) == run_compare(format_name, *patterns, "--jobs", 1)

@@ -65,7 +65,7 @@ def test_the_zip_is_that_of_evo_with_our_scores(run, score, finite, options):
     ours = zipfile.ZipFile("ours.zip")
     assert ours.namelist() == theirs.namelist()
     assert ours.read("info.json") == theirs.read("info.json")
-    stats, expected = (json.loads(one.read("stats.json")) for one in (ours, theirs))
+    stats, expected = (json.loads(archive.read("stats.json")) for archive in (ours, theirs))
     exact = None if "angle_deg" not in options else 1e-9  # evo turns quaternions into matrices
     assert {name: stats[name] for name in expected} == pytest.approx(expected, abs=exact or 0)
     (scores,) = score(*finite, *options, "--save_results", "ours.zip")
@@ -73,9 +73,9 @@ def test_the_zip_is_that_of_evo_with_our_scores(run, score, finite, options):
     assert stats["coverage"] == 1 - scores["lost"]
     for name in ours.namelist()[2:]:
         read = np.load if name.endswith(".npy") else np.loadtxt
-        values = [read(one.open(name)) for one in (ours, theirs)]
+        values = [read(archive.open(name)) for archive in (ours, theirs)]
         if name.endswith(".tum"):  # a quaternion and its negative are the same rotation
-            values = [np.column_stack([one[:, :4], np.abs(one[:, 4:])]) for one in values]
+            values = [np.column_stack([rows[:, :4], np.abs(rows[:, 4:])]) for rows in values]
         np.testing.assert_allclose(*values, rtol=1e-12, atol=1e-9)
 
 
@@ -88,7 +88,7 @@ def test_the_zip_of_rows_and_of_names(run, score, examples, tmp_path):
         assert result.stats["rmse"] == pytest.approx(expected["ate"])
         assert result.stats["TAS"] == expected["TAS"]
         assert result.info["title"].startswith("APE w.r.t. translation part (m)")
-        lengths = {one.num_poses for one in result.trajectories.values()}
+        lengths = {trajectory.num_poses for trajectory in result.trajectories.values()}
         assert lengths == {len(result.np_arrays["error_array"])}
 
 
@@ -136,13 +136,15 @@ def test_what_a_benchmark_around_evo_does_with_the_zip(run, finite, tmp_path):
         assert {"TAS", "RAS", "PAS", *theirs} <= {*table}
 
 
-@pytest.mark.parametrize("named", ["vislam_ba/3.txt", "vio_mono/0.txt"])
-def test_rmse_of_a_real_run(run, real, tmp_path, monkeypatch, named):
+@pytest.mark.parametrize("file_name", ["vislam_ba/3.txt", "vio_mono/0.txt"])
+def test_rmse_of_a_real_run(run, real, tmp_path, monkeypatch, file_name):
     monkeypatch.chdir(tmp_path)
-    files = real / "euroc/MH_03/groundtruth.txt", real / "euroc/MH_03" / named
+    files = real / "euroc/MH_03/groundtruth.txt", real / "euroc/MH_03" / file_name
     assert run("tum", *files, "-as", "--save_results", "ours.zip")[0] == 0
     theirs = evo_ape("tum", *files, "-as")
-    stats = [json.loads(one.read("stats.json")) for one in (zipfile.ZipFile("ours.zip"), theirs)]
+    stats = [
+        json.loads(archive.read("stats.json")) for archive in (zipfile.ZipFile("ours.zip"), theirs)
+    ]
     assert stats[0] | stats[1] == stats[0]
 
 
@@ -193,8 +195,8 @@ def test_options_that_are_said_otherwise(run, options, instead):
 def test_every_option_of_evo_is_taken_or_answered(run, tmp_path, monkeypatch):
     """None is unknown, but those of plots that only evo draws."""
     monkeypatch.chdir(tmp_path)
-    listed = re.findall(r"^  (-[^\n]*?)(?:  |$)", evo("ape", "tum", "--help"), re.MULTILINE)
-    options = re.findall(r"(?<![\w-])--?\w+", " ".join(listed))
+    usages = re.findall(r"^  (-[^\n]*?)(?:  |$)", evo("ape", "tum", "--help"), re.MULTILINE)
+    options = re.findall(r"(?<![\w-])--?\w+", " ".join(usages))
     assert {"-a", "--align", "-s", "-v", "--sync_method", "--save_results"} <= {*options}
     for option in options:
         if not option.startswith(("--plot_", "--ros_map", "--map_tile")):

@@ -10,11 +10,11 @@ from alignscores.io import FORMATS, read_colmap
 from tests.files import AT_STAMPS, FILES, write_poses
 
 
-@pytest.mark.parametrize("form", FILES)
-def test_every_format_scores_the_same_scene_the_same(form, score, examples):
-    options = () if form == "kitti" else ("--missing", "fail")
-    options += AT_STAMPS if FORMATS[form].timed else ()
-    (result,) = score(form, *FILES[form], *options, "--registration", "pcr99")
+@pytest.mark.parametrize("format_name", FILES)
+def test_every_format_scores_the_same_scene_the_same(format_name, score, examples):
+    options = () if format_name == "kitti" else ("--missing", "fail")
+    options += AT_STAMPS if FORMATS[format_name].timed else ()
+    (result,) = score(format_name, *FILES[format_name], *options, "--registration", "pcr99")
     matches = evaluate(*(examples / path for path in FILES["kitti"])).matches
     expected = pas(matches.gt_poses, matches.est_poses)
     assert result["n"] == 40
@@ -31,18 +31,19 @@ def test_every_format_scores_the_same_scene_the_same(form, score, examples):
 TIMED, NAMED = {"tum", "euroc"}, {"colmap", "nerf"}
 
 
-@pytest.mark.parametrize("form", sorted(TIMED | NAMED))
-def test_what_was_lost_is_told(form, score, run, examples, write, models):
+@pytest.mark.parametrize("format_name", sorted(TIMED | NAMED))
+def test_lost_frames_are_counted(format_name, score, run, examples, write, models):
     """In a KITTI file it cannot be left out: it is nan, and fails; one of 18 with a time is nan."""
-    lost = 23 if FORMATS[form].timed else 22
-    if form == "colmap":
+    lost = 23 if FORMATS[format_name].timed else 22
+    if format_name == "colmap":
         half = models(range(18)) / "0"
-    elif form == "nerf":
-        content = json.loads((examples / FILES[form][1]).read_text())
+    elif format_name == "nerf":
+        content = json.loads((examples / FILES[format_name][1]).read_text())
         half = write(json.dumps({"frames": content["frames"][:18]}))
     else:
-        half = write((examples / FILES[form][1]).read_text().splitlines()[:19])
-    files = form, FILES[form][0], half, *(AT_STAMPS if FORMATS[form].timed else ())
+        half = write((examples / FILES[format_name][1]).read_text().splitlines()[:19])
+    options = AT_STAMPS if FORMATS[format_name].timed else ()
+    files = format_name, FILES[format_name][0], half, *options
     (ignored,) = score(*files, "--missing", "ignore")
     (failed,) = score(*files, "--missing", "fail")
     assert (ignored["n"], ignored["expected"]) == (40 - lost, 40)
@@ -53,11 +54,14 @@ def test_what_was_lost_is_told(form, score, run, examples, write, models):
     assert ", lost ones left out; " in out
 
 
-@pytest.mark.parametrize(("form", "other"), [("colmap", "nerf"), ("nerf", "colmap")])
-def test_estimates_of_another_format(form, other, score, run):
+@pytest.mark.parametrize(("format_name", "est_format"), [("colmap", "nerf"), ("nerf", "colmap")])
+def test_estimates_of_another_format(format_name, est_format, score, run):
     """The images are in a folder in one of them, and not in the other."""
-    (result,) = score(form, FILES[form][0], FILES[other][1], "--est_format", other)
-    assert result["PAS"] == pytest.approx(score(form, *FILES[form])[0]["PAS"], abs=1e-12)
+    (result,) = score(
+        format_name, FILES[format_name][0], FILES[est_format][1], "--est_format", est_format
+    )
+    (expected,) = score(format_name, *FILES[format_name])
+    assert result["PAS"] == pytest.approx(expected["PAS"], abs=1e-12)
     assert "matched by the end of their path: " in result["notes"][0]["text"]
     (result,) = score("tum", FILES["tum"][0], FILES["euroc"][0], "--est_format", "euroc")
     assert result["PAS"] == 1.0

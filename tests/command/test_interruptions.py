@@ -1,6 +1,6 @@
 """Ctrl-C and a killed worker: what `compare` says, and what is left.
 
-The command runs in a session of its own. Its pipes are closed when the last of its processes is
+The command runs in a new session. Its pipes are closed when the last of its processes is
 gone, so that `communicate` returns only then; the timeout is there only for a hang.
 """
 
@@ -44,8 +44,8 @@ def started(examples, tmp_path):
     while time.monotonic() < end and not any(tmp_path.glob("cache/*.json")):
         assert process.poll() is None
         time.sleep(0.05)
-    shown = ["ps", "-o", "pid=,args=", "--ppid", str(process.pid)]
-    lines = subprocess.run(shown, capture_output=True, text=True, check=True).stdout.splitlines()
+    command = ["ps", "-o", "pid=,args=", "--ppid", str(process.pid)]
+    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
     workers = [int(line.split()[0]) for line in lines if "popen_loky" in line]
     assert len(workers) == 2
     yield process, workers

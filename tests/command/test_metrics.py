@@ -40,7 +40,7 @@ def test_values(score, run, examples, tmp_path):
     ]
 
 
-def test_the_table_has_the_metrics_in_the_order_given(run, score, tmp_path):
+def test_the_table_has_the_metrics_in_their_order(run, score, tmp_path):
     options = "--metrics", "ATE, recall@1m,30deg:hloc-sim3,ate", "--missing", "ignore"
     header, row, _ = run(*TUM, *options, *AT_STAMPS)[1].splitlines()
     assert header.split() == ["estimate", "ATE", "[m]", "recall@1m,30deg:hloc-sim3", "[%]"]

@@ -1,4 +1,4 @@
-"""Files as other programs write them: what is in them, and what is said where they are broken."""
+"""Files of other programs: their content, and the message if they are broken."""
 
 import json
 import shutil
@@ -91,17 +91,17 @@ def test_arrays_without_stamps_go_by_rows(run, score, trajectories, tmp_path):
     assert "stamps seem to be off" not in run("arrays", *files)[2]  # a row is no time
 
 
-def bag(path, kind, trajectories):
+def bag(path, storage, trajectories):
     """Write a bag with both trajectories by evo, and return its path."""
-    if kind == "ROS 1":
+    if storage == "ROS 1":
         writer = file_interface.Rosbag1Writer(path)
     else:
-        plugin = file_interface.ros2_bag_storage_plugin(kind)
+        plugin = file_interface.ros2_bag_storage_plugin(storage)
         writer = file_interface.Rosbag2Writer(path, version=9, storage_plugin=plugin)
     with writer as opened:
         for topic, (stamps, poses) in zip(("/gt", "/odom"), trajectories, strict=False):
-            there = np.isfinite(poses).all(axis=(1, 2))
-            written = PoseTrajectory3D(poses_se3=list(poses[there]), timestamps=stamps[there])
+            finite = np.isfinite(poses).all(axis=(1, 2))
+            written = PoseTrajectory3D(poses_se3=list(poses[finite]), timestamps=stamps[finite])
             file_interface.write_bag_trajectory(opened, written, topic, "map")
     return path
 
@@ -110,7 +110,7 @@ TOPICS = "--ref_topic", "/gt", "--est_topic", "/odom"
 
 
 @pytest.mark.parametrize(
-    ("kind", "name", "file"),
+    ("storage", "name", "file"),
     [
         ("ROS 1", "run.bag", ""),
         ("SQLITE3", "run", ""),
@@ -119,8 +119,8 @@ TOPICS = "--ref_topic", "/gt", "--est_topic", "/odom"
         ("MCAP", "run", "run.mcap"),
     ],
 )
-def test_bags(same, run, trajectories, tmp_path, kind, name, file):
-    path = bag(tmp_path / name, kind, trajectories) / file
+def test_bags(same, run, trajectories, tmp_path, storage, name, file):
+    path = bag(tmp_path / name, storage, trajectories) / file
     assert same("bag", path, path, *TOPICS, "--t_offset", 0) == []
     assert same("bag", path, FILES["tum"][1], "--est_format", "tum", *TOPICS[:2]) == []
     options = *TOPICS, "--save_aligned", tmp_path / "aligned.txt"
@@ -138,8 +138,8 @@ def test_bags(same, run, trajectories, tmp_path, kind, name, file):
 
 @pytest.mark.parametrize("name", ["run.bag", "run.mcap", "run.db3"])
 def test_broken_bags(run, trajectories, tmp_path, name):
-    kind = {"bag": "ROS 1", "mcap": "MCAP", "db3": "SQLITE3"}[name.partition(".")[2]]
-    path = bag(tmp_path / (name if kind == "ROS 1" else "run"), kind, trajectories)
+    storage = {"bag": "ROS 1", "mcap": "MCAP", "db3": "SQLITE3"}[name.partition(".")[2]]
+    path = bag(tmp_path / (name if storage == "ROS 1" else "run"), storage, trajectories)
     file = path if path.is_file() else path / name
     for content in (file.read_bytes()[: file.stat().st_size // 2], b"nonsense", b""):
         file.write_bytes(content)
@@ -162,13 +162,13 @@ def test_names_with_blanks_in_a_text_model(score, examples, tmp_path):
     assert (result["n"], result["TAS"], result["notes"]) == (40, 1.0, [])
 
 
-@pytest.mark.parametrize("form", FILES)
-def test_the_format_is_recognised(run, form):
-    files = FILES[form]
+@pytest.mark.parametrize("format_name", FILES)
+def test_the_format_is_recognised(run, format_name):
+    files = FILES[format_name]
     code, out, err = run(*files, "--json")
     assert code == 0
-    assert json.loads(out)["format"] == form
-    assert f"note: detected format: {form}" in err
+    assert json.loads(out)["format"] == format_name
+    assert f"note: detected format: {format_name}" in err
 
 
 @pytest.mark.parametrize(

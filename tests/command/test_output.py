@@ -57,13 +57,15 @@ def test_verbose_explains_each_column(run):
     assert {row[1] for row in rows[1:]} == {"TAS", "RAS"}
 
 
-@pytest.mark.parametrize(("width", "kept"), [(100, 9), (80, 7), (40, 4)])
-def test_a_narrow_terminal_loses_columns_from_the_right_but_coverage(run, monkeypatch, width, kept):
+@pytest.mark.parametrize(("width", "n_columns"), [(100, 9), (80, 7), (40, 4)])
+def test_a_narrow_terminal_loses_columns_from_the_right_but_coverage(
+    run, monkeypatch, width, n_columns
+):
     monkeypatch.setenv("COLUMNS", str(width))
     header, row, *below = run(*TUM)[1].splitlines()
-    assert columns(header)[1:] == [*HEADER[: kept - 1], "coverage"]
+    assert columns(header)[1:] == [*HEADER[: n_columns - 1], "coverage"]
     assert max(len(header), len(row)) <= max(width, 44)
-    assert (f"too narrow for: {', '.join(HEADER[kept - 1 : -1])}" in below) == (kept < 9)
+    assert (f"too narrow for: {', '.join(HEADER[n_columns - 1 : -1])}" in below) == (n_columns < 9)
 
 
 def test_long_names_are_cut(run, lines, write):
@@ -91,8 +93,8 @@ def test_names_have_as_many_parts_as_make_them_unique(score, examples, tmp_path)
 
 
 def test_a_result_is_the_same_alone_and_next_to_others(score):
-    (alone,) = score(*TUM)
-    assert score(*TUM, TUM[1])[0] == alone
+    (single,) = score(*TUM)
+    assert score(*TUM, TUM[1])[0] == single
 
 
 def test_a_bad_estimate_does_not_stop_the_others(run, tmp_path, write):
@@ -118,7 +120,7 @@ def test_json_names_a_reference_that_cannot_be_read(run, tmp_path):
         assert err == f"alignscores: error: {failed['error']}\n"
 
 
-def test_notes_that_are_alike_are_one(run, lines, write):
+def test_similar_notes_share_a_line(run, lines, write):
     """As of estimates of one system with its clock off."""
     stamped = [line.split(maxsplit=1) for line in lines]
     shifted = [f"{float(stamp) + 0.35:.3f} {pose}" for stamp, pose in stamped]

@@ -74,8 +74,8 @@ CUT = "is cut off: it holds"
 
 CASES = {  # "format file what": its edit, the message
     **{
-        f"{form} {whose} in s from a start": (clock(1.7e9), message)
-        for form in ("tum", "euroc")
+        f"{format_name} {whose} in s from a start": (clock(1.7e9), message)
+        for format_name in ("tum", "euroc")
         for whose, message in (
             ("reference", r"offset of -17000000.*PAS 0.87. corrected\); --t_offset auto adds it"),
             ("estimate", r"offset of 1[67].*PAS 0.87. corrected\); --t_offset auto adds it"),
@@ -127,7 +127,7 @@ CASES = {  # "format file what": its edit, the message
     "nerf estimate a list": (always("[1]"), r"bad, frames\[0\]: needs a file_path and a trans"),
     "nerf estimate no frames": (always("{}"), "bad: is not a transforms.json: it has no list of f"),
     "nerf estimate other images": (
-        lambda lines: [re.sub(r"(\d{4})\.png", r"x\1.png", one) for one in lines],
+        lambda lines: [re.sub(r"(\d{4})\.png", r"x\1.png", row) for row in lines],
         "bad: no image names in common: the reference has 'images/0000.png', the estimate 'i",
     ),
     "colmap estimate no folder": (always(NOTHING), "bad: is not a folder with a COLMAP model"),
@@ -145,9 +145,9 @@ CASES = {  # "format file what": its edit, the message
 
 @pytest.mark.parametrize("case", CASES)
 def test_one_line_names_what_is_wrong(run, examples, tmp_path, case):
-    form, whose, _ = case.split(maxsplit=2)
+    format_name, whose, _ = case.split(maxsplit=2)
     edit, message = CASES[case]
-    files = dict(zip(("reference", "estimate"), FILES[form], strict=True))
+    files = dict(zip(("reference", "estimate"), FILES[format_name], strict=True))
     good, bad = examples / files.get(whose, files["estimate"]), tmp_path / "bad"
     if good.is_dir():
         shutil.copytree(good, bad)
@@ -158,7 +158,7 @@ def test_one_line_names_what_is_wrong(run, examples, tmp_path, case):
     files[whose] = bad
     options = ["--frames", bad] if whose == "frames" else []
     options += ["--missing", "ignore"] if "one stamp" in case else []
-    code, out, err = run(form, files["reference"], files["estimate"], *options)
+    code, out, err = run(format_name, files["reference"], files["estimate"], *options)
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert err.startswith("alignscores: error: ")
     assert str(bad) in err or whose != "estimate"

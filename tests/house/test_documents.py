@@ -1,4 +1,4 @@
-"""What the documents say of the project and of each other, and the data of their examples."""
+"""The documents agree with the project and with each other; the data of their examples."""
 
 import re
 import subprocess
@@ -47,7 +47,7 @@ def test_links_lead_somewhere(document):
 
 
 def test_one_version_and_one_licence():
-    """Of the package, and for who cites it."""
+    """The package and its citation agree."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert citation["version"] == alignscores.__version__

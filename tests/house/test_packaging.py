@@ -1,4 +1,4 @@
-"""What is declared, built and released: requirements, source archive, wheels, action, container."""
+"""Packaging: requirements, source archive, wheels, action, container."""
 
 import json
 import os

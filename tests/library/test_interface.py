@@ -62,7 +62,7 @@ def test_what_reads_files_is_imported_when_it_is_asked_for():
     out = in_fresh_process("import sys; from alignscores import *; print(evaluate, *sys.modules)")
     assert out.startswith("<function evaluate ")
     assert "alignscores.comparison" in out.split()
-    assert (heavy - {"pandas"}).isdisjoint(out.split())  # a comparison is made of pandas' tables
+    assert (heavy - {"pandas"}).isdisjoint(out.split())  # a comparison holds tables of pandas
     assert set(dir(alignscores)) >= {"Comparison", "Evaluation", "Settings", "compare", "evaluate"}
     with pytest.raises(AttributeError, match="'alignscores' has no attribute 'score'"):
         _ = alignscores.score

@@ -1,7 +1,7 @@
 """Real trajectories: the values that an independent implementation measured on them.
 
-What is deterministic agrees in every digit given. The TAS is a distribution, of which the values
-give the mean and standard deviation over 6 seeds.
+What is deterministic agrees in every digit given. The TAS is a distribution; the values are
+its mean and standard deviation over 6 seeds.
 """
 
 import json
@@ -17,7 +17,7 @@ from alignscores.cli import main
 
 
 class Pair(NamedTuple):
-    form: str
+    format_name: str
     reference: str
     estimate: str
     n: int
@@ -44,9 +44,9 @@ ROUNDED = {"abs": 0.6e-4, "rel": 0}  # the last digit given
 def test_command_line(real, pair, capsys):
     """By the paper's registration, on the reference poses that are nearest to the estimate's."""
     estimate = str(real / pair.estimate)
-    arguments = [pair.form, str(real / pair.reference), estimate, "--json"]
+    arguments = [pair.format_name, str(real / pair.reference), estimate, "--json"]
     arguments += ["--registration", "pcr99", "--repeat", "4"]
-    if pair.form == "tum":
+    if pair.format_name == "tum":
         arguments += ["--frames", estimate, "--sync", "nearest"]
     assert main(arguments) == 0
     printed = capsys.readouterr()
@@ -62,7 +62,7 @@ def test_command_line(real, pair, capsys):
 
 
 def shifted(rotations):
-    """Return rotations of which w was read as the last part of a quaternion, though it is first."""
+    """Return rotations as if w, first in the quaternion, had been read as the last part."""
     return Rotation.from_quat(
         Rotation.from_matrix(rotations).as_quat()[:, [3, 0, 1, 2]]
     ).as_matrix()
@@ -80,7 +80,7 @@ MISTAKES = {
 
 
 @each_pair
-def test_each_mistake_of_convention_is_told_by_its_name(real, pair):
+def test_each_mistake_of_convention_is_named(real, pair):
     matches = evaluate(real / pair.reference, real / pair.estimate, missing="ignore").matches
     wrongs = {
         "the poses of the estimate seem to be world-to-camera": np.linalg.inv(matches.est_poses)
@@ -124,7 +124,7 @@ def test_a_run_that_fails_early(real, tmp_path):
     cut.write_text("\n".join(lines[: int(0.4 * len(lines))]))
     readme = (Path(__file__).parents[2] / "README.md").read_text()
     for file, ate, pas in ((folder / "vio_mono/0.txt", 0.136, 0.623), (cut, 0.057, 0.336)):
-        found = evaluate(folder / "groundtruth.txt", file, sync="nearest")
-        assert (found.ate, found.pas) == pytest.approx((ate, pas), abs=1e-3)
+        evaluation = evaluate(folder / "groundtruth.txt", file, sync="nearest")
+        assert (evaluation.ate, evaluation.pas) == pytest.approx((ate, pas), abs=1e-3)
         assert f"{ate} m" in readme
         assert f"| {pas} |" in readme

@@ -1,4 +1,4 @@
-"""Tensors, and the metric of torchmetrics; without torch there are stand-ins alone."""
+"""Tensors, and the metric of torchmetrics; without torch only stand-ins."""
 
 import re
 from pathlib import Path
@@ -62,12 +62,12 @@ def test_one_sentence_for_what_cannot_be_converted(scenes):
         tas(gt, OnGPU(est))
 
 
-@pytest.mark.parametrize("kind", ["float64", "float32", "float16", "bfloat16"])
-def test_tensors_of_torch(scenes, kind):
+@pytest.mark.parametrize("dtype", ["float64", "float32", "float16", "bfloat16"])
+def test_tensors_of_torch(scenes, dtype):
     torch = pytest.importorskip("torch")
-    gt, est = (torch.tensor(world, dtype=getattr(torch, kind)) for world in scenes)
+    gt, est = (torch.tensor(world, dtype=getattr(torch, dtype)) for world in scenes)
     est.requires_grad_()
-    tolerance = {"float64": 0, "float32": 1e-3, "float16": 0.05, "bfloat16": 0.1}[kind]
+    tolerance = {"float64": 0, "float32": 1e-3, "float16": 0.05, "bfloat16": 0.1}[dtype]
     scores = [pas(*scene).score for scene in zip(gt, est, strict=True)]
     expected = [pas(*scene).score for scene in zip(*scenes, strict=True)]
     np.testing.assert_allclose(scores, expected, rtol=0, atol=tolerance)

@@ -34,11 +34,13 @@ def test_a_changed_world_scores_1_where_the_alignment_undoes_it(change, alignmen
     result = pas(gt_poses, est_poses, registration=registration, alignment=alignment)
     if alignment in undone_by:
         assert result.score == 1
-        found = result.tas.alignment
-        np.testing.assert_allclose(found.rotation, rotation.as_matrix(), atol=1e-9)
-        np.testing.assert_allclose(found.translation, np.broadcast_to(translation, 3), atol=1e-8)
+        estimated = result.tas.alignment
+        np.testing.assert_allclose(estimated.rotation, rotation.as_matrix(), atol=1e-9)
+        np.testing.assert_allclose(
+            estimated.translation, np.broadcast_to(translation, 3), atol=1e-8
+        )
         np.testing.assert_allclose(result.ras.alignment, rotation.as_matrix(), atol=1e-9)
-        assert found.scale == (pytest.approx(scale) if alignment == "similarity" else 1)
+        assert estimated.scale == (pytest.approx(scale) if alignment == "similarity" else 1)
     else:
         assert result.tas.score < 0.7
     if change == "tilted" and alignment == "yaw":

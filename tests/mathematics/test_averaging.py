@@ -25,7 +25,7 @@ def test_no_rotation_is_nearer_to_a_matrix(seed):
 
 @pytest.mark.parametrize("angle", [0, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 10, 90, 179, 179.999999, 180])
 def test_angles_are_precise_at_both_ends(angle):
-    """Where the arc cosine of the trace loses half of the digits."""
+    """The arc cosine of the trace loses half of the digits there."""
     axes = np.random.default_rng(0).normal(size=(20, 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     matrices = Rotation.from_rotvec(angle * axes, degrees=True).as_matrix()

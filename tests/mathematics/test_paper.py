@@ -24,11 +24,11 @@ def test_the_scores_of_the_paper_are_those_of_the_kernel(noisy_scene, noisy_rota
     assert paper.pas(R, c, R_est, c_est, seed) == pas(gt, est, rng=seed).score
 
 
-@pytest.mark.parametrize("kind", ["axis", "oblique line"])
+@pytest.mark.parametrize("shape", ["axis", "oblique line"])
 @pytest.mark.parametrize("seed", range(3))
-def test_on_a_line_the_scores_agree_but_for_rounding(cloud, another_world, kind, seed):
+def test_on_a_line_the_scores_agree_but_for_rounding(cloud, another_world, shape, seed):
     """Several alignments fit equally well there, and rounding decides between them."""
-    c = cloud(kind, 100, seed)
+    c = cloud(shape, 100, seed)
     c_est = another_world(c + np.random.default_rng(seed).normal(0, 0.05, c.shape), seed)
     assert paper.tas(c, c_est, seed) == pytest.approx(tas(c, c_est, rng=seed).score, abs=0.005)
     assert paper.tas(c, 2 * c, seed) == 1

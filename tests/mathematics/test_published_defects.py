@@ -59,7 +59,7 @@ def test_exactly_collinear_ground_truth(registration, axis, n):
 def test_exact_rotations_score_one(noisy_rotations, n):
     """Published: 0/0 in the rotation average, so that a perfect estimate can score 0.
 
-    So can one whose rotations are all far apart, of which ours takes one for the average.
+    So can one whose rotations are all far apart; ours takes one of them as the average.
     """
     for seed in range(3):
         gt, est = noisy_rotations(n, 0, 0, seed)

@@ -97,7 +97,7 @@ def test_distribution(reference_case, runs, what):
 
 @pytest.mark.parametrize("what", RUN)
 def test_all_cases_together(reference_cases, runs, what):
-    """They notice a slight bias of score or cost that each of them alone would not."""
+    """They notice a slight bias of score or cost that a single one would not."""
     names = [f"case_{number}" for number in SAMPLED.split()]
     sampled = [reference_cases[name] for name in names if name in reference_cases]
     z = np.array([z_score(runs(case)[what], case[what]) for case in sampled])

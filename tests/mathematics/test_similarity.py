@@ -13,7 +13,7 @@ from alignscores import Similarity
 from alignscores.similarity import least_squares_rmse
 
 SEEDS = st.integers(0, 10_000)
-KINDS = ["cube", "axis", "oblique line", "plane", "oblique plane", "helix", "clusters"]
+SHAPES = ["cube", "axis", "oblique line", "plane", "oblique plane", "helix", "clusters"]
 
 
 def cost(alignment, gt, est):
@@ -27,12 +27,12 @@ def assert_proper(alignment):
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 100])
-@pytest.mark.parametrize("kind", KINDS)
-def test_exact_clouds(cloud, another_world, kind, n):
-    """Of any rank, at any place and scale: no error is left."""
+@pytest.mark.parametrize("shape", SHAPES)
+def test_exact_clouds(cloud, another_world, shape, n):
+    """No error is left, at any rank, position and scale."""
     for seed in range(3):
         for scale, offset in ((2.5, 10.0), (1e-9, 0.0), (1e9, 1e4)):
-            gt = cloud(kind, n, seed)
+            gt = cloud(shape, n, seed)
             est = another_world(gt, seed, scale=scale, offset=offset)
             alignment = Similarity.fit(gt, est)
             assert_proper(alignment)
@@ -82,9 +82,9 @@ def test_coincident_positions(cloud, which):
 def test_cameras_on_a_line_rotate_no_more_than_they_must(seed, n):
     """The spin about the line is free: rounding does not choose it, whatever the order of axes."""
     rng = np.random.default_rng(seed)
-    places, (gt_axis, est_axis) = rng.normal(size=(n, 1)), rng.normal(size=(2, 3))
+    positions, (gt_axis, est_axis) = rng.normal(size=(n, 1)), rng.normal(size=(2, 3))
     for other_axis in (est_axis, -gt_axis):
-        gt, est = (places * axis + rng.normal(size=3) for axis in (gt_axis, other_axis))
+        gt, est = (positions * axis + rng.normal(size=3) for axis in (gt_axis, other_axis))
         rotation = Similarity.fit(gt, est).rotation
         a, b = (axis / np.linalg.norm(axis) for axis in (gt_axis, other_axis))
         angle = math.atan2(np.linalg.norm(np.cross(a, b)), a @ b)

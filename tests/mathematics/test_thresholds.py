@@ -91,7 +91,7 @@ def test_with_pcr99_the_scores_are_those_of_tas(noisy_scene, seed):
 
 @pytest.mark.parametrize(("n", "outliers"), [(40, 0), (100, 40), (600, 200), (1500, 300)])
 def test_refined_scores_are_no_less_than_those_of_tas(noisy_scene, n, outliers):
-    """What was found at one unit counts at the others; beyond that they differ by the scatter."""
+    """An alignment from one unit counts at the others; beyond that scores differ by the scatter."""
     gt, est = noisy_scene(n, outliers, 0.03, 0)
     units = np.geomspace(0.02, 0.5, 12)
     scores = tas_profile(gt, est, units).scores

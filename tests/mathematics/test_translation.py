@@ -17,7 +17,7 @@ from alignscores.io import read_colmap
 both_registrations = pytest.mark.parametrize("registration", ["pcr99", "refined"])
 ignores_alignment = pytest.mark.filterwarnings("ignore::alignscores.AlignmentWarning")
 SEEDS = st.integers(0, 10_000)
-KINDS = ["cube", "axis", "oblique line", "plane", "oblique plane", "helix", "clusters"]
+SHAPES = ["cube", "axis", "oblique line", "plane", "oblique plane", "helix", "clusters"]
 
 
 def unaligned(gt, est, **options):
@@ -46,8 +46,8 @@ def naive_d(gt):
 @pytest.mark.parametrize("n", [*range(4, 30), 100, 101, 102, 103])
 def test_d_is_an_order_statistic(cloud, n):
     """d against sorted distances, for every remainder of n modulo 4."""
-    for kind in ("cube", "helix", "clusters", "oblique line"):
-        gt = cloud(kind, n, 7)
+    for shape in ("cube", "helix", "clusters", "oblique line"):
+        gt = cloud(shape, n, 7)
         assert closest_pair_quartile(gt) == pytest.approx(naive_d(gt), rel=1e-12)
         assert tas(gt, gt).unit == closest_pair_quartile(gt)
 
@@ -66,12 +66,12 @@ def test_d_with_ties_and_duplicates(gt):
 @pytest.mark.parametrize("jitter", [0.0, 1e-16, 1e-11])
 def test_a_d_of_rounding_is_refused(jitter):
     """Six cameras in one place each, as of a cubemap: d is no spacing."""
-    places = np.repeat(np.random.default_rng(0).random((20, 3)), 6, axis=0)
-    gt = 100 * places + jitter * np.random.default_rng(1).normal(size=(120, 3))
+    positions = np.repeat(np.random.default_rng(0).random((20, 3)), 6, axis=0)
+    gt = 100 * positions + jitter * np.random.default_rng(1).normal(size=(120, 3))
     for score in (closest_pair_quartile, lambda gt: tas(gt, gt)):
         with pytest.raises(ValueError, match=r"coincide with another one; pass groups= .* or pass"):
             score(gt)
-    spacing = closest_pair_quartile(100 * places[::6])
+    spacing = closest_pair_quartile(100 * positions[::6])
     assert closest_pair_quartile(gt, groups=np.repeat(range(20), 6)) == pytest.approx(spacing)
 
 
@@ -145,12 +145,12 @@ def test_fewer_than_four_cameras(registration, cloud, n):
 
 
 @both_registrations
-@pytest.mark.parametrize("kind", KINDS)
-def test_perfect_estimate(registration, cloud, another_world, kind):
+@pytest.mark.parametrize("shape", SHAPES)
+def test_perfect_estimate(registration, cloud, another_world, shape):
     """Exactly 1, with errors at the level of rounding, for every number of cameras."""
     for n in (*range(4, 25), 44, 45, 100, 129, 257, 1000):
         for seed in range(1 if n == 1000 else 2):
-            gt = cloud(kind, n, seed)
+            gt = cloud(shape, n, seed)
             for est in (gt, another_world(gt, seed)):
                 result = tas(gt, est, rng=seed, registration=registration)
                 assert result.score == 1.0
@@ -162,7 +162,7 @@ def test_perfect_estimate(registration, cloud, another_world, kind):
 @pytest.mark.parametrize("n", [8, 16, 50, 100, 400])
 @pytest.mark.parametrize("offset", [0.0, 1e6])
 def test_perfect_estimate_of_a_partly_straight_path(registration, cloud, another_world, n, offset):
-    """Three cameras on the straight half tell nothing about the spin around it."""
+    """Three cameras on the straight half do not determine the spin around it."""
     for seed in range(20):
         gt = cloud("straight then bend", n, seed)
         gt += offset * np.random.default_rng(seed).uniform(-1, 1, 3)
@@ -273,7 +273,7 @@ def test_order_of_few_cameras_changes_nothing(registration, noisy_scene, seed, n
 
 
 def test_a_user_supplied_registration(noisy_scene):
-    """It sees the estimated cameras alone, and its alignment is used."""
+    """It sees only the estimated cameras, and its alignment is used."""
     gt, est = noisy_scene(60, 5, 0.03, 1)
     est[50:] = np.nan
     seen = []
@@ -321,12 +321,12 @@ def test_no_triangle(registration, cloud, n):
 def test_one_camera_far_away(registration, cloud, another_world, value):
     """The others still score in full; where squares overflow, without a warning from NumPy."""
     for n in (5, 30, 300):
-        for kind in ("cube", "axis"):
-            gt = cloud(kind, n, 0)
+        for shape in ("cube", "axis"):
+            gt = cloud(shape, n, 0)
             est = another_world(gt, 0)
-            for places in (slice(3), 0):  # all coordinates, or one
+            for axes in (slice(3), 0):  # all coordinates, or one
                 far = est.copy()
-                far[1, places] = value
+                far[1, axes] = value
                 result = tas(gt, far, registration=registration)
                 assert result.score == (n - 1) / n
                 if abs(value) > 1e110:

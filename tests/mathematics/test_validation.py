@@ -175,9 +175,9 @@ def test_lists_and_other_number_types():
     assert tas(gt, est, unit=np.float32(0.5), n_hypotheses=np.int64(30)).score == 1.0
 
 
-@pytest.mark.parametrize("kind", [np.float64, np.int64])
-def test_masked_rows_are_not_estimated(kind):
-    gt = (1000 * POSITIONS).astype(kind)
+@pytest.mark.parametrize("dtype", [np.float64, np.int64])
+def test_masked_rows_are_not_estimated(dtype):
+    gt = (1000 * POSITIONS).astype(dtype)
     est = np.ma.array(gt, mask=False)
     est[3] = np.ma.masked
     result = tas(gt, est)

@@ -56,10 +56,10 @@ EXPERIMENTS = """
 def formats(folder):
     """The JSON of the command for every format in ``tests/data``."""
     results = {}
-    for form, files in FILES.items():
+    for format_name, files in FILES.items():
         with redirect_stdout(io.StringIO()) as printed:
-            command([form, *(str(EXAMPLES / file) for file in files), "--json"])
-        results[form] = json.loads(printed.getvalue())["results"]
+            command([format_name, *(str(EXAMPLES / file) for file in files), "--json"])
+        results[format_name] = json.loads(printed.getvalue())["results"]
     return flat(results)
 
 

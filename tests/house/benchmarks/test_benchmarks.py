@@ -24,4 +24,4 @@ def test_another_version_stands_in_brackets(capsys, tmp_path):
     assert all(float(time) > 0 for pair in times for time in pair)
     with pytest.raises(SystemExit):
         main([f"--against={tmp_path}"])
-    assert f"{tmp_path} is no checkout" in capsys.readouterr().err
+    assert f"{tmp_path} is not a checkout" in capsys.readouterr().err

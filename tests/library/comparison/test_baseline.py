@@ -33,9 +33,9 @@ def worsen(benchmark_of):
 def test_a_system_that_is_better_does_not_fail(gate, benchmark_of):
     code, out, _ = gate(lambda: benchmark_of(SYSTEMS, n=60), "--json", systems=WORSE)
     assert code == 0
-    found = {entry["system"]: entry for entry in json.loads(out)["baseline"]["systems"]}
-    orb = found["orb"]
-    assert (orb["change"], orb["wins"], found["dso"]["change"]) == ("better", 1, None)
+    systems = {entry["system"]: entry for entry in json.loads(out)["baseline"]["systems"]}
+    orb = systems["orb"]
+    assert (orb["change"], orb["wins"], systems["dso"]["change"]) == ("better", 1, None)
     assert 0 < orb["low"] < orb["difference"] < orb["high"]
     assert orb["difference"] == pytest.approx(orb["now"] - orb["saved"])
 
@@ -68,8 +68,8 @@ def test_a_gate_that_cannot_fail_is_an_error(gate, worsen):
     assert gate(worsen(1), runs=1, fail_on="")[0] == 0
     code, out, _ = gate(worsen(3), runs=3, fail_on="worse:0.001")  # 1 / 20 ** 2 is the least
     assert code == 1
-    least = "with 3 against 3 runs (p is at least 0.0025)"
-    assert f"orb: worse cannot be significant at 0.001 {least}" in out
+    limit = "with 3 against 3 runs (p is at least 0.0025)"
+    assert f"orb: worse cannot be significant at 0.001 {limit}" in out
 
 
 def test_who_cannot_fail_is_named_where_others_can(tmp_path, run_compare):
@@ -96,8 +96,8 @@ def test_who_cannot_fail_is_named_where_others_can(tmp_path, run_compare):
 def test_values_and_drops_fail_with_one_run(gate, worsen, fail_on, reasons):
     code, _, err = gate(worsen(1), runs=1, fail_on=fail_on)
     assert code == (3 if reasons else 0)
-    found = [line.removeprefix("alignscores: error: ") for line in err.splitlines()]
-    assert sorted(" ".join(line.split()[:2]) for line in found) == sorted(reasons)
+    errors = [line.removeprefix("alignscores: error: ") for line in err.splitlines()]
+    assert sorted(" ".join(line.split()[:2]) for line in errors) == sorted(reasons)
 
 
 def test_a_value_needs_no_baseline(patterns, run):

@@ -1,4 +1,4 @@
-"""What is found: by patterns, and as a YAML file describes it."""
+"""Benchmarks: files that match patterns, and that a YAML file names."""
 
 import pytest
 

@@ -36,7 +36,7 @@ def test_results_are_taken_from_there_and_others_computed(files, run, compare):
 
 
 @pytest.mark.parametrize("options", [["--seed", "1"], ["--invert"], ["--metrics", "kitti"]])
-def test_other_options_have_results_of_their_own(files, run, options):
+def test_other_options_have_other_results(files, run, options):
     run(*FILES, "--cache", "cache")
     assert run(*FILES, *options, "--cache", "cache") == run(*FILES, *options)
 

@@ -13,7 +13,7 @@ SYSTEMS = {  # sigma_t, sigma_r in degrees, every so many frames, share lost at 
     "sparse": (0.25, 2.5, 3, 0.0),
     "loses_track": (0.1, 1.0, 1, 0.6),
 }
-ONE = {"a": (0.1, 1.0, 1, 0.0)}
+SYSTEM = {"a": (0.1, 1.0, 1, 0.0)}
 
 
 def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_path):
@@ -44,8 +44,8 @@ def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_pa
 
 
 def test_processes_do_not_matter(benchmark_of, run, tmp_path):
-    """Nor does it if a reference was read before: its notes are told each time."""
-    patterns = benchmark_of(ONE, ["car"], runs=2)
+    """Nor does it if a reference was read before: its notes are printed each time."""
+    patterns = benchmark_of(SYSTEM, ["car"], runs=2)
     reference = tmp_path / "car/gt.txt"
     reference.write_text(reference.read_text() + reference.read_text().splitlines()[-1])
     printed = run(*patterns, "--json", "--jobs", 1)
@@ -57,7 +57,7 @@ def test_processes_do_not_matter(benchmark_of, run, tmp_path):
 def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
     benchmark_of, run, tmp_path, monkeypatch
 ):
-    patterns = benchmark_of({**ONE, "b": (0.3, 1.0, 1, 0.0)}, runs=3)
+    patterns = benchmark_of({**SYSTEM, "b": (0.3, 1.0, 1, 0.0)}, runs=3)
     (tmp_path / "car/a/0.txt").write_text("")
     (tmp_path / "car/b/1.txt").write_text("this is no trajectory\n")
     if hasattr(os, "mkfifo"):  # a pipe that nobody writes to

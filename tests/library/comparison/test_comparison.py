@@ -7,16 +7,16 @@ from alignscores import compare, evaluate
 
 
 @pytest.fixture
-def found(patterns, tmp_path, monkeypatch):
-    """The comparison of two systems, of which the second lacks a run."""
+def comparison(patterns, tmp_path, monkeypatch):
+    """The comparison of two systems; the second lacks a run."""
     monkeypatch.chdir(tmp_path)
     return compare(*patterns[1:], format=patterns[0], metrics="ate:rmse")
 
 
-def test_files_and_systems_are_compared_without_patterns(found, tmp_path):
+def test_files_and_systems_are_compared_without_patterns(comparison, tmp_path):
     """On one sequence, whose format is recognised; their runs are those of the patterns."""
     runs = {name: [f"car/{name}/{k}.txt" for k in range(3)] for name in ("a_b", "c")}
-    scores = found.runs.loc[found.runs["sequence"] == "car", "PAS"].tolist()
+    scores = comparison.runs.loc[comparison.runs["sequence"] == "car", "PAS"].tolist()
     again = compare("car/gt.txt", runs, metrics="ate:rmse")
     assert again.runs["PAS"].tolist()[:3] == scores[:3]
     files = compare(tmp_path / "car/gt.txt", [*runs["a_b"][:2], "car/none.txt"])
@@ -24,10 +24,10 @@ def test_files_and_systems_are_compared_without_patterns(found, tmp_path):
     assert repr(files) == ("Comparison(systems=3, sequences=1, runs=3, failed=1, by='PAS')")
 
 
-def test_it_shows_itself_in_a_notebook(in_notebook, found):
-    shown = in_notebook(found)
+def test_it_shows_itself_in_a_notebook(in_notebook, comparison):
+    shown = in_notebook(comparison)
     assert shown.startswith("<p>a_b is ahead of c: it wins 100 % ")
-    assert f"<td>{found.overall['PAS'].iloc[0]:.4g}</td>" in shown
+    assert f"<td>{comparison.overall['PAS'].iloc[0]:.4g}</td>" in shown
 
 
 RUNS = "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
@@ -47,22 +47,22 @@ RUNS = "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
         (RUNS, {"format": "tum", "weight": 2}, "weight must be a finite number from"),
     ],
 )
-def test_what_is_wrong_is_a_value_error(found, patterns_of, settings, message):
+def test_what_is_wrong_is_a_value_error(comparison, patterns_of, settings, message):
     with pytest.raises(ValueError) as caught:  # noqa: PT011 - the message is compared below
         compare(*patterns_of, **settings)
     assert message in str(caught.value)
 
 
-def test_its_tables(found):
+def test_its_tables(comparison):
     """And the same by another metric, from the table of runs."""
-    assert len(found.summary) == 2 * 3
-    overall = found.overall.set_index("system")
-    entries = {e["system"]: e for e in found.to_dict()["summary"] if e["sequence"] is None}
+    assert len(comparison.summary) == 2 * 3
+    overall = comparison.overall.set_index("system")
+    entries = {e["system"]: e for e in comparison.to_dict()["summary"] if e["sequence"] is None}
     assert overall["PAS"].to_dict() == {name: entry["PAS"] for name, entry in entries.items()}
-    assert {"TAS", "RAS_sd", "half_distance", "ate:rmse", "runs"} <= set(found.summary)
-    again = compare(found.runs, by="ate:rmse")
+    assert {"TAS", "RAS_sd", "half_distance", "ate:rmse", "runs"} <= set(comparison.summary)
+    again = compare(comparison.runs, by="ate:rmse")
     assert again.pairs["better"].iloc[0] == "a_b"
-    assert compare(found.runs).verdict == found.verdict
+    assert compare(comparison.runs).verdict == comparison.verdict
 
 
 def test_a_gap_of_the_reference_is_longer_than_two_expected_frames(tmp_path):
@@ -75,7 +75,7 @@ def test_a_gap_of_the_reference_is_longer_than_two_expected_frames(tmp_path):
     np.savetxt(file, table)
     for rate, noted in ((10, True), (0.1, False)):
         settings = {"rate": rate, "unit": 1}
-        own = [str(note) for note in evaluate(file, file, **settings).notes]
-        assert any("the reference has no pose" in note for note in own) == noted
-        both = compare(file, [file], **settings).notes
-        assert any("the reference has no pose" in note for note in both) == noted
+        evaluated = [str(note) for note in evaluate(file, file, **settings).notes]
+        assert any("the reference has no pose" in note for note in evaluated) == noted
+        compared = compare(file, [file], **settings).notes
+        assert any("the reference has no pose" in note for note in compared) == noted

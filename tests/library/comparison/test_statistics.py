@@ -28,11 +28,11 @@ def draw(n, m, sequences=1, shift=0.0, seed=0):
 
 def test_a_failed_run_loses_to_every_other_and_ties_count_half():
     assert beats([1, 0, 0, FAILED, np.nan], [0, 1, 0, FAILED, 0]).tolist() == [1, 0, 0.5, 0.5, 0.5]
-    one = np.array([0.9, FAILED]), np.array([0.1, 0.9])
-    other = np.array([0.5]), np.array([FAILED])
-    assert win_probability([one]) == (1 + 0.5) / 4
-    assert win_probability([one, other]) == (1.5 / 4 + 1) / 2
-    assert win_probability([one], paired=True) == 0.5
+    first = np.array([0.9, FAILED]), np.array([0.1, 0.9])
+    second = np.array([0.5]), np.array([FAILED])
+    assert win_probability([first]) == (1 + 0.5) / 4
+    assert win_probability([first, second]) == (1.5 / 4 + 1) / 2
+    assert win_probability([first], paired=True) == 0.5
 
 
 def studentised(runs):
@@ -42,9 +42,11 @@ def studentised(runs):
         of_a = [np.mean([(x > y) + (x == y) / 2 for y in b]) for x in a]
         of_b = [np.mean([(x > y) + (x == y) / 2 for x in a]) for y in b]
         excess += np.mean(of_a) - 0.5
-        for own in (of_a, of_b):
-            variances.append(max(np.var(own, ddof=1) / len(own), (len(a) * len(b)) ** -2.0))
-            free.append(len(own) - 1)
+        for placements in (of_a, of_b):
+            variances.append(
+                max(np.var(placements, ddof=1) / len(placements), (len(a) * len(b)) ** -2.0)
+            )
+            free.append(len(placements) - 1)
     dof = sum(variances) ** 2 / sum(v**2 / f for v, f in zip(variances, free, strict=True))
     t = excess / math.sqrt(sum(variances))
     return -np.sign(t) * math.log(stats.t.sf(abs(t), dof))
@@ -64,10 +66,12 @@ def test_few_permutations_are_all_made(n, m, sequences, ties):
     if ties:
         runs = [(np.round(a), np.where(b < -0.5, FAILED, np.round(b))) for a, b in runs]
     observed = studentised(runs)
-    everything = [studentised(one) for one in product(*(exchanged(a, b) for a, b in runs))]
-    found = permutation_test(runs)
-    assert found.better == pytest.approx(np.mean(np.array(everything) >= observed - 1e-9))
-    assert found.worse == pytest.approx(np.mean(np.array(everything) <= observed + 1e-9))
+    permutations = [
+        studentised(exchange) for exchange in product(*(exchanged(a, b) for a, b in runs))
+    ]
+    test = permutation_test(runs)
+    assert test.better == pytest.approx(np.mean(np.array(permutations) >= observed - 1e-9))
+    assert test.worse == pytest.approx(np.mean(np.array(permutations) <= observed + 1e-9))
 
 
 @pytest.mark.parametrize(("n", "m", "shift"), [(5, 5, 0.7), (4, 6, -0.5), (6, 4, 1.0)])
@@ -78,13 +82,13 @@ def test_on_one_sequence_the_statistic_is_the_p_value_of_brunner_and_munzel(n, m
     def statistic(x, y):
         if x.min() > y.max() or x.max() < y.min():
             return np.inf * np.sign(x[0] - y[0])
-        found = stats.brunnermunzel(y, x)
-        return -np.sign(found.statistic) * math.log(found.pvalue)
+        test = stats.brunnermunzel(y, x)
+        return -np.sign(test.statistic) * math.log(test.pvalue)
 
-    everything = np.array([statistic(x, y) for x, y in exchanged(a, b)])
-    found = permutation_test([(a, b)])
-    assert found.better == pytest.approx(np.mean(everything >= statistic(a, b) - 1e-9))
-    assert found.worse == pytest.approx(np.mean(everything <= statistic(a, b) + 1e-9))
+    permutations = np.array([statistic(x, y) for x, y in exchanged(a, b)])
+    test = permutation_test([(a, b)])
+    assert test.better == pytest.approx(np.mean(permutations >= statistic(a, b) - 1e-9))
+    assert test.worse == pytest.approx(np.mean(permutations <= statistic(a, b) + 1e-9))
 
 
 @pytest.mark.parametrize(("n", "m"), [(5, 5), (3, 5), (5, 3)])
@@ -102,10 +106,10 @@ def test_a_run_that_is_worse_gains_nothing(n, m):
 
 def test_many_permutations_are_drawn_and_repeated():
     runs = draw(10, 10, 2, shift=0.5)
-    found = permutation_test(runs)
-    assert found == permutation_test(runs)
-    assert found == permutation_test([(a[::-1], b[::-1]) for a, b in runs])
-    assert permutation_test(runs, seed=1).p == pytest.approx(found.p, abs=0.02)
+    test = permutation_test(runs)
+    assert test == permutation_test(runs)
+    assert test == permutation_test([(a[::-1], b[::-1]) for a, b in runs])
+    assert permutation_test(runs, seed=1).p == pytest.approx(test.p, abs=0.02)
     ((a, b),) = draw(12, 12, shift=0.4)
     plain = stats.mannwhitneyu(a, b, method="exact").pvalue  # with so equal a scatter, nearly
     assert permutation_test([(a, b)]).p == pytest.approx(plain, abs=0.03)
@@ -144,15 +148,16 @@ def test_a_system_that_varies_more_is_not_called_different(n, m, sequences, draw
 def test_dependent_runs_count_once():
     """Run k shares half of its variance over six sequences."""
     rng = np.random.default_rng(0)
-    found = []
+    rejections = []
     for _ in range(150):
         shared = rng.normal(size=(2, 5))
         runs = [tuple(shared + rng.normal(size=(2, 5))) for _ in range(6)]
-        found.append([permutation_test(runs, dependent=one).p <= 0.05 for one in (False, True)])
-    independent, dependent = np.mean(found, axis=0)
+        tests = [permutation_test(runs, dependent=dependent) for dependent in (False, True)]
+        rejections.append([test.p <= 0.05 for test in tests])
+    independent, dependent = np.mean(rejections, axis=0)
     assert dependent <= 0.08 < independent
-    one = permutation_test(runs[:1], dependent=True)
-    assert one.p == pytest.approx(permutation_test(runs[:1]).p)
+    single = permutation_test(runs[:1], dependent=True)
+    assert single.p == pytest.approx(permutation_test(runs[:1]).p)
 
 
 def test_single_runs_are_tested_by_signed_ranks_of_sequences():
@@ -182,11 +187,11 @@ def test_paired_runs_are_tested_by_signed_ranks_of_pairs():
 def test_differences_of_means_have_welch_s_interval():
     ((a, b),) = draw(5, 8)
     expected = stats.ttest_ind(a, b, equal_var=False).confidence_interval()
-    found = difference([(a, b)])
-    assert (found.low, found.high) == pytest.approx((expected.low, expected.high))
-    assert found.value == pytest.approx(a.mean() - b.mean())
+    interval = difference([(a, b)])
+    assert (interval.low, interval.high) == pytest.approx((expected.low, expected.high))
+    assert interval.value == pytest.approx(a.mean() - b.mean())
     two = difference([(a, b), (a, b)])
-    assert two.high - two.low < (found.high - found.low) / math.sqrt(2)
+    assert two.high - two.low < (interval.high - interval.low) / math.sqrt(2)
     single = difference([(a[:1], b)])
     assert math.isfinite(single.value)
     assert math.isnan(single.low)
@@ -195,8 +200,8 @@ def test_differences_of_means_have_welch_s_interval():
 
 
 def test_several_p_values_are_adjusted():
-    found = holm([[0.04, 0.01], [np.nan, 0.03]])
-    assert found.ravel() == pytest.approx([0.06, 0.03, np.nan, 0.06], nan_ok=True)
+    adjusted = holm([[0.04, 0.01], [np.nan, 0.03]])
+    assert adjusted.ravel() == pytest.approx([0.06, 0.03, np.nan, 0.06], nan_ok=True)
     assert holm([0.6, 0.5]).tolist() == [1, 1]
     assert holm([]).size == 0
     assert false_discovery([0.01, np.nan, 0.04]) == pytest.approx([0.02, np.nan, 0.04], nan_ok=True)

@@ -31,7 +31,7 @@ def table(systems, by="PAS"):
     return pd.DataFrame(rows)
 
 
-def said(systems, by="PAS", **options):
+def verdict_of(systems, by="PAS", **options):
     """Return the verdict as one text."""
     return " ".join(compare(table(systems, by), by=by, **options).verdict)
 
@@ -47,17 +47,17 @@ def ranks(systems):
 
 
 def test_a_system_is_ahead_of_another():
-    text = said({"b": on(1, BAD), "a": on(1, GOOD)})
+    text = verdict_of({"b": on(1, BAD), "a": on(1, GOOD)})
     start = "a is ahead of b: it wins 100 % of the run pairs on 1 sequence (p < 0.001), mean PAS "
     assert text.startswith(start)
     assert re.fullmatch(r"\+0\.\d{3} \(0\.\d{3} to 0\.\d{3}\)\.", text.removeprefix(start))
 
 
 def test_ten_systems_that_never_overlap_have_ten_ranks():
-    """Where neighbours alone would have p = 0.008, and a correction for any error none."""
+    """Neighbours have p = 0.008; a correction for any error would find no difference."""
     ten = {f"s{k}": on(1, [1 - 0.1 * k + 0.01 * n for n in range(5)]) for k in range(10)}
     assert [best for best, _ in ranks(ten).values()] == list(range(1, 11))
-    text = said(ten)
+    text = verdict_of(ten)
     assert "45 of 45 pairs of systems differ significantly; at most 5 %" in text
     assert "(p = 0.0079, adjusted for 45 pairs 0.0079)" in text
 
@@ -68,18 +68,20 @@ def test_a_third_system_does_not_silence_two():
     single = {
         a: {f"s{k}": [x + 0.001 * rng.random()] for k in range(6)} for a, x in systems.items()
     }
-    assert said(single).startswith("a is ahead of b: it wins 100 % of the run pairs on 6 sequences")
+    assert verdict_of(single).startswith(
+        "a is ahead of b: it wins 100 % of the run pairs on 6 sequences"
+    )
 
 
 def test_so_few_runs_are_said_to_be_too_few_and_how_many_are_needed():
-    few = said({"a": on(1, GOOD[:3]), "b": on(1, BAD[:8])})
-    assert few == (
+    text = verdict_of({"a": on(1, GOOD[:3]), "b": on(1, BAD[:8])})
+    assert text == (
         "a and b: with 3 and 8 runs on 1 sequence no result could be significant; "
         "5 runs each are needed."
     )
     # Among many pairs without a difference five runs are too few, too.
-    many = {f"s{k}": on(1, [0.1 * n + 0.001 * k for n in range(5)]) for k in range(10)}
-    text = said(many)
+    ten_systems = {f"s{k}": on(1, [0.1 * n + 0.001 * k for n in range(5)]) for k in range(10)}
+    text = verdict_of(ten_systems)
     assert "with 5 runs each on 1 sequence no result could be significant; 7 runs each are" in text
     pairs = compare(table({"a": on(1, GOOD[:3]), "b": on(1, BAD[:8])})).pairs
     assert pairs["p_raw"].iloc[0] == pytest.approx(2 / 165)
@@ -88,10 +90,12 @@ def test_so_few_runs_are_said_to_be_too_few_and_how_many_are_needed():
 
 def test_single_runs_are_compared_on_six_sequences():
     six = {"a": {f"s{k}": [0.5 + 0.01 * k] for k in range(6)}, "b": on(6, [0.4])}
-    assert said(six).startswith("a is ahead of b: it wins 100 % of the run pairs on 6 sequences (")
-    assert "On sequences like these, a is ahead (p = 0.031)." in said(six)
-    five = {name: {s: own[s] for s in list(own)[:5]} for name, own in six.items()}
-    assert said(five) == (
+    assert verdict_of(six).startswith(
+        "a is ahead of b: it wins 100 % of the run pairs on 6 sequences ("
+    )
+    assert "On sequences like these, a is ahead (p = 0.031)." in verdict_of(six)
+    five = {name: {s: runs[s] for s in list(runs)[:5]} for name, runs in six.items()}
+    assert verdict_of(five) == (
         "a and b: with single runs on 5 sequences no result could be significant; "
         "6 sequences are needed."
     )
@@ -99,16 +103,16 @@ def test_single_runs_are_compared_on_six_sequences():
 
 def test_what_holds_on_these_sequences_may_not_hold_on_others():
     mixed = {f"s{k}": GOOD if k < 4 else BAD for k in range(6)}
-    text = said({"a": mixed, "b": {s: [0.6 + x / 100 for x in GOOD] for s in mixed}})
+    text = verdict_of({"a": mixed, "b": {s: [0.6 + x / 100 for x in GOOD] for s in mixed}})
     assert text.startswith("a is ahead of b: it wins 67 %")
     assert "On sequences like these, they are not distinguishable (p = " in text
 
 
 def test_failures_lose():
     """Also where a system that fails has the better runs otherwise."""
-    text = said({"a": on(1, [GOOD[0], *[None] * 9]), "b": on(1, BAD)})
+    text = verdict_of({"a": on(1, [GOOD[0], *[None] * 9]), "b": on(1, BAD)})
     assert text.startswith("b is ahead of a: it wins 90 % of the run pairs on 1 sequence (p = ")
-    of_errors = said({"a": on(1, [BAD[0], *[None] * 9]), "b": on(1, GOOD)}, "half_distance")
+    of_errors = verdict_of({"a": on(1, [BAD[0], *[None] * 9]), "b": on(1, GOOD)}, "half_distance")
     assert of_errors.startswith("b is ahead of a: it wins 90 %")
     assert "mean" not in of_errors  # it is infinite
 
@@ -127,20 +131,22 @@ def test_a_value_that_a_system_has_elsewhere_counts_as_the_worst():
 
 
 def test_means_are_over_the_sequences_that_all_systems_have():
-    """Who leaves out hard sequences, and loses every pair, has no better mean."""
+    """A system that leaves out hard sequences, and loses every pair, has no better mean."""
     hard = [x - 0.4 for x in GOOD]
-    found = compare(table({"a": {"s0": [x + 0.02 for x in GOOD], "s1": hard}, "b": {"s0": GOOD}}))
-    overall = found.overall.set_index("system")
+    comparison = compare(
+        table({"a": {"s0": [x + 0.02 for x in GOOD], "s1": hard}, "b": {"s0": GOOD}})
+    )
+    overall = comparison.overall.set_index("system")
     assert list(overall.index) == ["a", "b"]
     assert overall.loc["a", "PAS"] == pytest.approx(np.mean(GOOD) + 0.02)
     assert overall.loc["a", "PAS_all"] == pytest.approx(np.mean(GOOD) - 0.19)
-    assert found.verdict[-2:] == [
+    assert comparison.verdict[-2:] == [
         "b has no run on 1 of 2 sequences (s1).",
         "Means are over the only sequence that all systems have (s0), PAS (all) is over all that a "
         "system has; --expect_all counts the missing ones as failed.",
     ]
-    apart = said({"a": {"s0": GOOD}, "b": {"s1": GOOD}})
-    assert "No sequence has runs of all systems" in apart
+    text = verdict_of({"a": {"s0": GOOD}, "b": {"s1": GOOD}})
+    assert "No sequence has runs of all systems" in text
 
 
 def test_runs_that_share_something_are_noted_and_count_once():
@@ -150,11 +156,11 @@ def test_runs_that_share_something_are_noted_and_count_once():
         a: {f"s{k}": (shared[a] + 0.3 * rng.normal(size=5)).tolist() for k in range(6)}
         for a in "ab"
     }
-    found = compare(table(systems))
-    assert any("--runs dependent counts each as one value" in note for note in found.notes)
+    comparison = compare(table(systems))
+    assert any("--runs dependent counts each as one value" in note for note in comparison.notes)
     dependent = compare(table(systems), dependent=True)
     assert not any("--runs dependent" in note for note in dependent.notes)
-    p, p_dependent = (c.pairs["p_raw"].iloc[0] for c in (found, dependent))
+    p, p_dependent = (c.pairs["p_raw"].iloc[0] for c in (comparison, dependent))
     assert p < p_dependent
     independent = {a: {f"s{k}": rng.normal(size=5).tolist() for k in range(6)} for a in "ab"}
     assert not compare(table(independent)).notes
@@ -167,11 +173,11 @@ def test_systems_with_different_numbers_of_runs_are_noted():
 
 def test_a_metric_of_the_user():
     runs = table({"fast": on(1, [1, 2, 3, 4, 5.0]), "slow": on(1, [6, 7, 8, 9, None])}, "seconds")
-    found = compare(runs, by="seconds", better="smaller")
-    assert found.verdict[0].startswith("fast is ahead of slow")
-    assert found.failed == ["s0, slow, run 4: has no seconds"]
+    comparison = compare(runs, by="seconds", better="smaller")
+    assert comparison.verdict[0].startswith("fast is ahead of slow")
+    assert comparison.failed == ["s0, slow, run 4: has no seconds"]
     again = compare(runs.drop(columns=["sequence", "run"]), by="seconds", better="smaller")
-    assert again.pairs["p"].iloc[0] == found.pairs["p"].iloc[0]
+    assert again.pairs["p"].iloc[0] == comparison.pairs["p"].iloc[0]
     for bad, options, message in (
         (runs, {"by": "seconds"}, "seconds is no known metric: better says whether larger"),
         (runs, {"by": "minutes", "better": "smaller"}, "has no column 'minutes'"),
@@ -187,7 +193,7 @@ def test_a_metric_of_the_user():
 def test_an_interval_stands_only_next_to_a_significant_difference():
     a = [0.499, 0.510, 0.663, 0.561, 0.661, 0.440, 0.594, 0.520, 0.528, 0.652]
     b = [0.367, 0.530, 0.532, 0.392, 0.569, 0.531, 0.427, 0.418, 0.437, 0.571]
-    text = said({"a": on(1, a), "b": on(1, b)})
+    text = verdict_of({"a": on(1, a), "b": on(1, b)})
     assert "not distinguishable: a wins 73 % of the run pairs on 1 sequence (p = 0.0" in text
     assert "mean PAS +0.0854." in text
 
@@ -196,8 +202,8 @@ def test_runs_of_the_same_name_can_be_paired():
     """Where runs vary by what they share, as scenes or seeds."""
     hard = np.linspace(0.2, 0.8, 8)
     systems = {"a": on(1, (hard + 0.02).tolist()), "b": on(1, hard.tolist())}
-    assert said(systems).startswith("a and b are not distinguishable")
-    assert said(systems, paired=True).startswith("a is ahead of b: it wins 100 %")
+    assert verdict_of(systems).startswith("a and b are not distinguishable")
+    assert verdict_of(systems, paired=True).startswith("a is ahead of b: it wins 100 %")
 
 
 def test_twelve_systems_on_two_sequences_fit_a_terminal(run, tmp_path):
@@ -313,12 +319,12 @@ def test_latex_has_three_digits_marks_failures_and_all_sequences(run, tmp_path):
     assert "0.996" in lines[5]
 
 
-def test_why_scores_are_low_is_told_with_verbose(benchmark_of, run):
+def test_verbose_says_why_scores_are_low(benchmark_of, run):
     patterns = benchmark_of({"a": (0.5, 10.0, 1, 0.5)}, ["car"], runs=2)
     assert "of the time lost, " not in run(*patterns)[1]
-    told = " ".join(run(*patterns, "--verbose")[1].split())
-    assert re.search(r"note: car, a, run 0: PAS 0\.\d\d: 4\d% of the time lost, ", told)
-    assert json.loads(run(*patterns, "--json")[1])["runs"][0]["low_score"] in told
+    text = " ".join(run(*patterns, "--verbose")[1].split())
+    assert re.search(r"note: car, a, run 0: PAS 0\.\d\d: 4\d% of the time lost, ", text)
+    assert json.loads(run(*patterns, "--json")[1])["runs"][0]["low_score"] in text
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no limit of what is written")

@@ -35,9 +35,9 @@ def disturbed(truth, late, step=1, sigma=0.01):
 
 def offset(truth, estimate, **settings):
     """Return the offset that was added to the stamps, and the notes on it."""
-    found = evaluate(truth, estimate, t_offset="auto", **settings)
-    added = found.estimate.keys[0] - np.asarray(estimate.keys)[0]
-    return added, [str(note) for note in found.notes if note.kind == "clock"]
+    evaluation = evaluate(truth, estimate, t_offset="auto", **settings)
+    added = evaluation.estimate.keys[0] - np.asarray(estimate.keys)[0]
+    return added, [str(note) for note in evaluation.notes if note.kind == "clock"]
 
 
 @pytest.mark.parametrize("step", [1, 10])  # all frames, and one in half a second
@@ -93,15 +93,15 @@ def test_frames_that_are_matched_by_their_numbers_have_no_clock():
     reference = Trajectory(np.arange(len(TIMES), dtype=float), truth.poses)
     shifted = Trajectory(np.arange(len(TIMES)) + 1, truth.poses)
     for settings in ({}, {"t_offset": "auto"}):
-        found = evaluate(reference, shifted, **settings)
-        assert found.pas < 1
-        assert not any(note.kind == "clock" for note in found.notes)
+        evaluation = evaluate(reference, shifted, **settings)
+        assert evaluation.pas < 1
+        assert not any(note.kind == "clock" for note in evaluation.notes)
     names = Trajectory(np.arange(len(TIMES)).astype(str), truth.poses)
     with pytest.raises(ValueError, match="the reference has names"):
         evaluate(names, truth, format="tum", t_offset="auto")
 
 
-def test_real_runs_have_the_offsets_that_are_known(real):
+def test_real_runs_have_the_known_offsets(real):
     folder = real / "euroc/V2_02"
     truth = read_tum(folder / "groundtruth.txt")
     for system, late in (("vislam_ba", 0.0), ("vislam_rp", 0.05), ("vio_stereo", 0.0)):

@@ -21,16 +21,16 @@ def make_poses(rotations, positions):
     return poses
 
 
-def reference(kind, n, rng):
+def reference(motion, n, rng):
     """Poses that look anywhere, about one axis as of a vehicle, wander slowly, or never turn."""
     steps = rng.normal(size=(n, 3))
-    if kind == "anywhere":
+    if motion == "anywhere":
         return make_poses(Rotation.random(n, rng=rng).as_matrix(), steps)
-    if kind == "vehicle":
+    if motion == "vehicle":
         heading = np.cumsum(rng.normal(0, 0.3, n))
         path = np.cumsum(np.column_stack([np.cos(heading), np.sin(heading), np.zeros(n)]), axis=0)
         return make_poses(Rotation.from_euler("z", heading[:, None]).as_matrix(), path)
-    if kind == "wandering":
+    if motion == "wandering":
         turns = Rotation.from_rotvec(np.cumsum(0.15 * rng.normal(size=(n, 3)), axis=0))
         return make_poses(turns.as_matrix(), np.cumsum(steps, axis=0))
     return make_poses(np.eye(3), np.cumsum(np.abs(steps), axis=0))
@@ -63,7 +63,7 @@ def rotation(axis, degrees):
     return Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
 
 
-def found(gt, est):
+def notes_on_conventions(gt, est):
     """Return the notes on mistakes of convention, by kind."""
     stamps = np.arange(len(gt)) / 10
     notes = evaluate(Trajectory(stamps, gt), Trajectory(stamps, est)).notes
@@ -77,80 +77,80 @@ def found_frame(gt, est):
 
 
 @pytest.fixture(params=["anywhere", "vehicle", "wandering"])
-def kind(request):
+def motion(request):
     return request.param
 
 
 @pytest.mark.parametrize("frame", FRAMES)
-def test_a_rotated_camera_frame_is_found_and_corrected(kind, frame):
-    rng = np.random.default_rng([len(kind), len(frame)])
-    gt = reference(kind, 120, rng)
+def test_a_rotated_camera_frame_is_found_and_corrected(motion, frame):
+    rng = np.random.default_rng([len(motion), len(frame)])
+    gt = reference(motion, 120, rng)
     est = estimate(gt, rng, lost=0.4)
     mixed_up = in_frame(est, FRAMES[frame])
-    assert found(gt, mixed_up).keys() == {"frame"}
+    assert notes_on_conventions(gt, mixed_up).keys() == {"frame"}
     turn = found_frame(gt, mixed_up)
     mended = in_frame(mixed_up, turn.T)
     honest = ras(gt[:, :3, :3], est[:, :3, :3]).score
     assert ras(gt[:, :3, :3], mended[:, :3, :3]).score > honest - 0.03
     assert ras(gt[:, :3, :3], mixed_up[:, :3, :3]).score < honest / 3
     angle, true_angle, off = (
-        np.degrees(Rotation.from_matrix(one).magnitude())
-        for one in (turn, FRAMES[frame], turn.T @ FRAMES[frame])
+        np.degrees(Rotation.from_matrix(rotation).magnitude())
+        for rotation in (turn, FRAMES[frame], turn.T @ FRAMES[frame])
     )
-    if kind == "vehicle":  # other frames explain turns about one axis as well
+    if motion == "vehicle":  # other frames explain turns about one axis as well
         assert angle < true_angle + 2.0
     else:
         assert off < (2.0 if frame == "IMU" else 1e-9)
 
 
 @pytest.mark.parametrize("frame", [None, "OpenGL", "IMU"])
-def test_world_to_camera_poses_are_found(kind, frame):
-    rng = np.random.default_rng([len(kind), 7])
-    gt = reference(kind, 120, rng)
+def test_world_to_camera_poses_are_found(motion, frame):
+    rng = np.random.default_rng([len(motion), 7])
+    gt = reference(motion, 120, rng)
     est = estimate(gt, rng, lost=0.4)
     if frame is not None:
         est = in_frame(est, FRAMES[frame])
-    ((kind, text),) = found(gt, inverse_poses(est)).items()
-    assert kind == "inverted"
+    ((mistake, text),) = notes_on_conventions(gt, inverse_poses(est)).items()
+    assert mistake == "inverted"
     assert ("the camera frame of the estimate is rotated" in text) == (frame is not None)
     now, corrected = map(float, re.search(r"\(PAS (.*) as it is, (.*) corrected\)", text).groups())
     assert corrected > 3 * now or corrected > now + 0.3
 
 
-@pytest.mark.parametrize("kind", ["anywhere", "wandering"])
+@pytest.mark.parametrize("motion", ["anywhere", "wandering"])
 @pytest.mark.parametrize("order", [[3, 0, 1, 2], [1, 2, 3, 0]], ids=["w first", "w last"])
-def test_quaternions_with_w_at_the_wrong_end(kind, order):
+def test_quaternions_with_w_at_the_wrong_end(motion, order):
     rng = np.random.default_rng(8)
-    gt = reference(kind, 120, rng)
+    gt = reference(motion, 120, rng)
     est = estimate(gt, rng)
     quaternions = Rotation.from_matrix(est[:, :3, :3]).as_quat()
     est[:, :3, :3] = Rotation.from_quat(quaternions[:, order]).as_matrix()
-    assert found(gt, est).keys() == {"quaternions"}
+    assert notes_on_conventions(gt, est).keys() == {"quaternions"}
 
 
-@pytest.mark.parametrize("kind", ["anywhere", "wandering"])
-def test_inverted_rotations_with_true_positions_are_found(kind):
+@pytest.mark.parametrize("motion", ["anywhere", "wandering"])
+def test_inverted_rotations_with_true_positions_are_found(motion):
     rng = np.random.default_rng(8)
-    gt = reference(kind, 120, rng)
+    gt = reference(motion, 120, rng)
     est = estimate(gt, rng, lost=0.4)
     est[:, :3, :3] = est[:, :3, :3].transpose(0, 2, 1)
-    ((kind, text),) = found(gt, est).items()
-    assert kind == "inverted rotations"
+    ((mistake, text),) = notes_on_conventions(gt, est).items()
+    assert mistake == "inverted rotations"
     assert "the camera frame" not in text
 
 
-@pytest.mark.parametrize("kind", ["anywhere", "wandering"])
+@pytest.mark.parametrize("motion", ["anywhere", "wandering"])
 @pytest.mark.parametrize("mirror", [[1, 1, -1], [-1, -1, -1]])
-def test_mirrored_positions_are_found(kind, mirror):
+def test_mirrored_positions_are_found(motion, mirror):
     rng = np.random.default_rng(4)
-    gt = reference(kind, 120, rng)
+    gt = reference(motion, 120, rng)
     est = estimate(gt, rng, lost=0.4)
     positions_only = est.copy()
     positions_only[:, :3, 3] *= mirror
-    assert found(gt, positions_only).keys() == {"mirrored"}
+    assert notes_on_conventions(gt, positions_only).keys() == {"mirrored"}
     both = positions_only.copy()
     both[:, :3, :3] = np.diag(mirror) @ est[:, :3, :3] @ np.diag(mirror)
-    assert found(gt, both).keys() == {"mirrored"}
+    assert notes_on_conventions(gt, both).keys() == {"mirrored"}
     # The rotations of a mirrored world are the true ones in another camera frame.
     if mirror != [-1, -1, -1]:  # there they are the true ones
         half_turn = -np.diag(mirror)
@@ -169,30 +169,30 @@ INACCURACIES = {
 
 
 @pytest.mark.parametrize("n", [4, 12, 100])
-@pytest.mark.parametrize("kind", ["anywhere", "vehicle", "wandering", "never turning"])
+@pytest.mark.parametrize("motion", ["anywhere", "vehicle", "wandering", "never turning"])
 @pytest.mark.parametrize("what", INACCURACIES)
-def test_inaccuracy_is_no_convention(kind, what, n):
+def test_inaccuracy_is_no_convention(motion, what, n):
     rng = np.random.default_rng(n)
-    gt = reference(kind, n, rng)
-    assert found(gt, estimate(gt, rng, **INACCURACIES[what])) == {}
+    gt = reference(motion, n, rng)
+    assert notes_on_conventions(gt, estimate(gt, rng, **INACCURACIES[what])) == {}
 
 
 @pytest.mark.parametrize("angle", [2.0, 9.0])
-def test_a_small_misalignment_is_no_convention(kind, angle):
+def test_a_small_misalignment_is_no_convention(motion, angle):
     rng = np.random.default_rng(5)
-    gt = reference(kind, 120, rng)
+    gt = reference(motion, 120, rng)
     axis = rng.normal(size=3)
     turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis), degrees=True).as_matrix()
-    assert found(gt, in_frame(estimate(gt, rng), turn)) == {}
+    assert notes_on_conventions(gt, in_frame(estimate(gt, rng), turn)) == {}
 
 
 def test_identity_quaternions_are_no_convention():
-    """As of a system that knows positions alone."""
+    """As of a system that estimates only positions."""
     rng = np.random.default_rng(6)
     gt = reference("wandering", 120, rng)
     est = estimate(gt, rng)
     est[:, :3, :3] = np.eye(3)
-    assert found(gt, est) == {}
+    assert notes_on_conventions(gt, est) == {}
 
 
 def test_cameras_that_were_not_estimated_are_left_out():
@@ -231,13 +231,13 @@ CAMERA_WORDS = "a camera with x right, y down, z forward"
 )
 def test_a_frame_in_words(rotation, words):
     gt = reference("anywhere", 60, np.random.default_rng(8))
-    text = found(gt, in_frame(gt, rotation))["frame"]
+    text = notes_on_conventions(gt, in_frame(gt, rotation))["frame"]
     frames = "the camera frame of the estimate is rotated against that of the reference, "
     assert text.startswith(f"{frames}{words} (PAS")
 
 
 def test_two_files_with_inverse_poses_are_named_where_a_camera_frame_explains_them_too():
-    """Of vggt#229: coordinate frames that differ by a rotation, with the same origin."""
+    """As in vggt#229: coordinate frames that differ by a rotation, with the same origin."""
     rng = np.random.default_rng(11)
     gt = reference("wandering", 80, rng)
     est = gt.copy()
@@ -251,7 +251,7 @@ def test_two_files_with_inverse_poses_are_named_where_a_camera_frame_explains_th
 
 
 def test_two_files_with_inverse_poses_are_found_by_their_positions():
-    """Where their coordinate frames differ by origin and scale, their rotations agree as well."""
+    """Their coordinate frames differ by origin and scale; their rotations agree as well."""
     rng = np.random.default_rng(12)
     gt = reference("wandering", 120, rng)
     gt[:, :3, 3] = 0.1 * gt[:, :3, 3] + [3.0, 1.0, 0.0]
@@ -260,17 +260,17 @@ def test_two_files_with_inverse_poses_are_found_by_their_positions():
     est[:, :3, :3] = (
         Rotation.from_rotvec(rng.normal(0, 0.02, (120, 3))).as_matrix() @ est[:, :3, :3]
     )
-    assert found(gt, est) == {}
-    notes = found(inverse_poses(gt), inverse_poses(est))
+    assert notes_on_conventions(gt, est) == {}
+    notes = notes_on_conventions(inverse_poses(gt), inverse_poses(est))
     assert notes["inverted"].startswith("the poses of both the reference and the estimate seem")
     far = gt.copy(), est.copy()
     for poses in far:
         poses[:, :3, 3] += [500.0, 0.0, 0.0]
     far[1][:, :3, 3] += rng.normal(0, 0.5, (120, 3))  # wrong positions, far from the origin
-    assert found(*far) == {}
+    assert notes_on_conventions(*far) == {}
 
 
-def test_mirrored_poses_on_a_plane_are_told_from_another_camera_frame():
+def test_mirrored_poses_on_a_plane_differ_from_another_camera_frame():
     """Both raise the score; the mirrored reference more."""
     rng = np.random.default_rng(13)
     gt = reference("vehicle", 120, rng)
@@ -280,4 +280,4 @@ def test_mirrored_poses_on_a_plane_are_told_from_another_camera_frame():
     mirror = np.diag([1.0, 1.0, -1.0])
     est[:, :3, 3] = est[:, :3, 3] @ mirror
     est[:, :3, :3] = mirror @ est[:, :3, :3] @ mirror
-    assert found(gt, est).keys() == {"mirrored"}
+    assert notes_on_conventions(gt, est).keys() == {"mirrored"}

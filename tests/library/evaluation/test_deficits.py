@@ -1,4 +1,4 @@
-"""Where a score is lost: against brute force, and on estimates whose faults are known."""
+"""Deficits of a score: against brute force, and on estimates with known faults."""
 
 from itertools import combinations, pairwise
 
@@ -35,11 +35,11 @@ def test_no_other_stretches_cost_more_in_excess_of_average_frames(seed):
     lost = rng.random(n) < 0.4
     errors = np.where(lost, np.inf, rng.choice([0.0, 0.25, 0.5, 2.0], n))
     missing = np.array([np.mean(error >= THRESHOLDS) for error in errors])
-    listed = deficits("TAS", errors, THRESHOLDS, lost, np.arange(n))
+    entries = deficits("TAS", errors, THRESHOLDS, lost, np.arange(n))
     if not missing.any():
-        assert listed == []
+        assert entries == []
         return
-    stretches = [stretch for stretch in listed if stretch.start is not None]
+    stretches = [stretch for stretch in entries if stretch.start is not None]
     assert len(stretches) in (1, 2, 3)
     excess = sum(stretch.cost * n - stretch.frames * missing.mean() for stretch in stretches)
     assert excess == pytest.approx(best_excess(missing, lost))
@@ -51,9 +51,9 @@ def test_no_other_stretches_cost_more_in_excess_of_average_frames(seed):
     assert [stretch.cost for stretch in stretches] == sorted(
         (stretch.cost for stretch in stretches), reverse=True
     )
-    assert sum(stretch.frames for stretch in listed) == n
-    assert sum(stretch.cost for stretch in listed) == pytest.approx(missing.mean())
-    assert sum(stretch.share for stretch in listed) == pytest.approx(1)
+    assert sum(stretch.frames for stretch in entries) == n
+    assert sum(stretch.cost for stretch in entries) == pytest.approx(missing.mean())
+    assert sum(stretch.share for stretch in entries) == pytest.approx(1)
 
 
 def test_even_losses_are_one_stretch():
@@ -90,8 +90,8 @@ def test_stretches_are_where_the_estimate_has_its_faults(missing, registration):
         Trajectory(stamps, poses), Trajectory(stamps[rows], estimate[rows]), format="tum", **options
     )
     for score in ("TAS", "RAS"):
-        listed = [deficit for deficit in evaluation.deficits if deficit.score == score]
-        assert sum(deficit.cost for deficit in listed) == pytest.approx(
+        entries = [deficit for deficit in evaluation.deficits if deficit.score == score]
+        assert sum(deficit.cost for deficit in entries) == pytest.approx(
             1 - getattr(evaluation.result, score.lower()).score
         )
     stretches = {

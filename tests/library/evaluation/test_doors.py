@@ -13,14 +13,14 @@ from tests.files import FILES, write_poses
 
 NUMBERS = "TAS", "RAS", "PAS", "half_distance", "half_angle", "n", "unit", "metrics"
 METRICS = "ATE,ate:rmse,auc@30:vggt,kitti"
-FORMS = {"tum", "kitti", "colmap"}
+ALL_FORMATS = {"tum", "kitti", "colmap"}
 TIMED, NAMED = {"tum"}, {"colmap"}
 LENIENT = {"max_threshold": 100, "max_threshold_deg": 180}
 POSE = "t x y z qx qy qz qw"
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 CASES = {  # what differs from the defaults: the formats that have it, and settings
-    "nothing": (FORMS, {}),
-    "missing": (FORMS - {"kitti"}, {"missing": "ignore"}),
+    "nothing": (ALL_FORMATS, {}),
+    "missing": (ALL_FORMATS - {"kitti"}, {"missing": "ignore"}),
     "sync": (TIMED, {"sync": "nearest", "max_gap": 0.0}),
     "rate": (TIMED, {"rate": 5, "max_gap": 0.5}),
     "limits": (TIMED, {"t_start": 1.7e9 + 0.5, "t_end": 1.7e9 + 3.2}),
@@ -28,7 +28,7 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "t_offset auto": (TIMED, {"t_offset": "auto"}),
     "frames": (TIMED, {"frames": "frames.txt"}),
     "invert": (TIMED, {"invert": True}),
-    "both of them": (FORMS, {"invert": True, "body_rotation": "auto"}),
+    "both of them": (ALL_FORMATS, {"invert": True, "body_rotation": "auto"}),
     "thresholds": (
         NAMED,
         {"unit": 0.25, "max_threshold": 0.2, "max_threshold_deg": 3, "weight": 0.2},
@@ -57,34 +57,34 @@ def written(examples, tmp_path_factory):
     stamps = read_stamps(examples / "tum/reference.txt")
     np.savetxt(folder / "frames.txt", stamps[::2] - 0.002, fmt="%.6f")
 
-    def written(case, form):
+    def written(case, format_name):
         settings = CASES[case][1]
-        ending = "" if form == "colmap" else ".any"
-        path = folder / f"{case}_{form}" / f"orb{ending}"
-        reference = examples / FILES[form][0]
+        ending = "" if format_name == "colmap" else ".any"
+        path = folder / f"{case}_{format_name}" / f"orb{ending}"
+        reference = examples / FILES[format_name][0]
         if path.exists():
             return reference, path.parent / f"{{system}}{ending}", path
         path.parent.mkdir(exist_ok=True)
-        keys, poses = FORMATS[form].read(examples / FILES[form][1])
+        keys, poses = FORMATS[format_name].read(examples / FILES[format_name][1])
         if settings.get("body_rotation"):
             poses = poses @ OPENGL
         if settings.get("invert"):
             poses = inverse_poses(poses)
-        as_form = OTHER[form] if "est_format" in settings else form
-        write_poses[as_form](path, keys, poses)
+        est_format = OTHER[format_name] if "est_format" in settings else format_name
+        write_poses[est_format](path, keys, poses)
         return reference, path.parent / f"{{system}}{ending}", path
 
     return written
 
 
-def settings_of(case, form):
+def settings_of(case, format_name):
     """Return the settings of a case for Python."""
-    settings = {"format": form, "metrics": METRICS}
-    if form in NAMED:
+    settings = {"format": format_name, "metrics": METRICS}
+    if format_name in NAMED:
         settings["metrics"] = METRICS.removesuffix(",kitti")
     settings |= CASES[case][1]
     if "est_format" in settings:
-        settings["est_format"] = OTHER[form]
+        settings["est_format"] = OTHER[format_name]
     return settings
 
 
@@ -112,12 +112,15 @@ def in_columns(metrics):
 
 
 @pytest.mark.parametrize(
-    ("case", "form"), [(case, form) for case in CASES for form in sorted(CASES[case][0])]
+    ("case", "format_name"),
+    [(case, format_name) for case in CASES for format_name in sorted(CASES[case][0])],
 )
-def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_path, monkeypatch):
-    reference, pattern, estimate = written(case, form)
+def test_every_door_gives_the_same_numbers(
+    case, format_name, written, command, tmp_path, monkeypatch
+):
+    reference, pattern, estimate = written(case, format_name)
     monkeypatch.chdir(estimate.parents[1])
-    settings = settings_of(case, form)
+    settings = settings_of(case, format_name)
     evaluation = evaluate(reference, estimate, **settings)
     expected = evaluation.to_dict()
     assert expected["ate"] == evaluation.ate
@@ -145,8 +148,8 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     assert set(tmp_path.iterdir()) == cached  # by the same settings: nothing is computed anew
 
     in_memory = [
-        FORMATS[form].read(reference),
-        FORMATS[settings.get("est_format", form)].read(estimate),
+        FORMATS[format_name].read(reference),
+        FORMATS[settings.get("est_format", format_name)].read(estimate),
     ]
     settings.pop("format")
     if "frames" in settings:
@@ -156,11 +159,11 @@ def test_every_door_gives_the_same_numbers(case, form, written, command, tmp_pat
     assert comparison["ate"] == expected["ate"]
 
 
-@pytest.mark.parametrize("form", sorted(FORMS))
-def test_what_is_taken_out_is_taken_out_of_metrics_too(form, written):
-    """They are of the poses as these were scored."""
+@pytest.mark.parametrize("format_name", sorted(ALL_FORMATS))
+def test_metrics_are_of_the_corrected_poses(format_name, written):
+    """As they are scored: inverted, and without the rotation of the camera frame."""
     honest, plain, corrected = (
-        evaluate(*written(case, form)[::2], **settings_of(case, form))
+        evaluate(*written(case, format_name)[::2], **settings_of(case, format_name))
         for case in ("nothing", "invert", "both of them")
     )
     assert corrected.ras == pytest.approx(honest.ras, abs=1e-9)

@@ -32,7 +32,7 @@ def test_expected_frames(run, score, tum, write):
     files = "tum", tum(2000, 100, "gt.txt"), tum(40, 2, "est.txt", lost=(10, 20))
     stamps = read_tum(files[1]).keys
     for options, n, lost in (
-        ((), 200, 0.175),  # 5.5 s between two poses, of which 2 s are covered
+        ((), 200, 0.175),  # 5.5 s between two poses, 2 s covered
         (("--rate", 2), 40, 0.175),
         (("--rate", "all"), 2000, 0.175),
         (("--max_gap", 5.5), 200, 0),
@@ -117,7 +117,7 @@ def test_where_there_is_no_d_the_option_is_named(run, score, kitti, examples):
     standing = poses.copy()
     standing[5:, :3, 3] = poses[5, :3, 3]
     for path, reason in (
-        (kitti(poses[:3], "few.txt"), "the reference has 3 of the 4 poses that it takes"),
+        (kitti(poses[:3], "few.txt"), "the reference has 3 poses, and it takes 4"),
         (kitti(standing, "stands.txt"), "three quarters of the reference poses coincide"),
     ):
         code, out, err = run("kitti", path, path)

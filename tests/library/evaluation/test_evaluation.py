@@ -22,11 +22,11 @@ def tum(examples):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [("sede", "did you mean seed?"), ("max_treshold", "max_threshold?"), ("xyz", "setting 'xyz'")],
 )
-def test_a_wrong_name_of_a_setting_is_answered_with_the_nearest(tum, wrong, said):
-    with pytest.raises(TypeError, match=re.escape(said)):
+def test_a_wrong_name_of_a_setting_is_answered_with_the_nearest(tum, wrong, message):
+    with pytest.raises(TypeError, match=re.escape(message)):
         tum(**{wrong: 3})
 
 
@@ -82,9 +82,9 @@ def test_statuses_tell_what_of_a_pose_is_missing():
     rng = np.random.default_rng(0)
     poses = np.tile(np.eye(4), (20, 1, 1))
     poses[:, :3, 3] = rng.random((20, 3))
-    some = poses.copy()
-    some[1, 0, 0] = some[2, 2, 3] = some[3, 0, 0] = some[3, 0, 3] = np.nan
-    estimate = Trajectory(np.arange(20.0)[:-1], some[:-1])
+    incomplete = poses.copy()
+    incomplete[1, 0, 0] = incomplete[2, 2, 3] = incomplete[3, 0, 0] = incomplete[3, 0, 3] = np.nan
+    estimate = Trajectory(np.arange(20.0)[:-1], incomplete[:-1])
     evaluation = evaluate(Trajectory(np.arange(20.0), poses), estimate, format="tum", max_gap=0.0)
     statuses = [STATUSES[code] for code in evaluation.statuses]
     assert statuses[:4] == ["matched", "no rotation", "no position", "lost"]
@@ -96,7 +96,7 @@ def test_statuses_tell_what_of_a_pose_is_missing():
 
 
 def test_numbered_frames_may_be_missing(examples):
-    """Of KITTI files every line has its partner; keys in memory tell which frames there are."""
+    """Every line of a KITTI file has its partner; keys in memory number the frames."""
     reference, estimate = (read_kitti(examples / file) for file in FILES["kitti"])
     thinned = Trajectory(estimate.keys[::2], estimate.poses[::2])
     failed, ignored = (evaluate(reference, thinned, missing=name) for name in ("fail", "ignore"))

@@ -102,10 +102,10 @@ def test_a_hint_names_the_file_and_its_remedy_gives_the_right_scores(case, comma
     assert code == 0
     assert what in hint
     assert f"corrected); {option}" in hint or f"with {option}" in hint
-    found = evaluate(reference, estimate, **settings)
-    assert found.tas == pytest.approx(tas, abs=0.025)
-    assert found.ras == pytest.approx(ras, abs=0.025)
-    assert f"{found.pas:.3f} corrected" in hint
+    evaluation = evaluate(reference, estimate, **settings)
+    assert evaluation.tas == pytest.approx(tas, abs=0.025)
+    assert evaluation.ras == pytest.approx(ras, abs=0.025)
+    assert f"{evaluation.pas:.3f} corrected" in hint
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_a_hint_names_the_file_and_its_remedy_gives_the_right_scores(case, comma
         ("18-nine-poses-flipped", "traj_1.txt traj_2.txt", "under alignments 179 deg apart"),
     ],
 )
-def test_what_no_option_corrects_is_said(case, name, files, words):
+def test_mistakes_that_no_option_corrects_are_noted(case, name, files, words):
     case(name)
     notes = [str(note) for note in evaluate(*files.split()).notes]
     assert sum(words in note for note in notes) == 1
@@ -151,15 +151,15 @@ def test_a_huge_largest_difference_matches_one_pose_which_is_refused(case):
     for missing in ("fail", "ignore"):
         with pytest.raises(ValueError, match="t_max_diff is in seconds"):
             evaluate("k_gt.txt", "k_est.txt", t_max_diff=1e25, missing=missing)
-    found = evaluate("k_gt.txt", "k_est.txt", t_offset="auto")
-    assert (found.tas, found.ras) == pytest.approx((0.83, 0.95), abs=0.02)
-    assert found.t_offset == pytest.approx(-12345.6, abs=0.02)
+    evaluation = evaluate("k_gt.txt", "k_est.txt", t_offset="auto")
+    assert (evaluation.tas, evaluation.ras) == pytest.approx((0.83, 0.95), abs=0.02)
+    assert evaluation.t_offset == pytest.approx(-12345.6, abs=0.02)
 
 
 def test_one_pose_throughout_has_failed(case, command):
     case("25-static-estimate")
-    found = evaluate("gt.txt", "static.txt")
-    assert (found.tas, found.ras, found.pas) == (0, 0, 0)
+    evaluation = evaluate("gt.txt", "static.txt")
+    assert (evaluation.tas, evaluation.ras, evaluation.pas) == (0, 0, 0)
     assert "one pose throughout" in command("gt.txt", "static.txt")[2]
 
 
@@ -195,22 +195,22 @@ def test_constant_rotations_are_scored_unless_the_reference_has_none(tum, write,
 )
 def test_a_sparse_reference_is_compared_at_its_own_stamps(case, name, files, ate):
     case(name)
-    found = evaluate(*files.split(), alignment="rigid")
-    assert found.ate == pytest.approx(ate, abs=5e-4)
-    assert "sparse" in [note.kind for note in found.notes]
+    evaluation = evaluate(*files.split(), alignment="rigid")
+    assert evaluation.ate == pytest.approx(ate, abs=5e-4)
+    assert "sparse" in [note.kind for note in evaluation.notes]
 
 
 def test_an_estimate_is_interpolated_at_the_stamps_of_a_sparse_reference():
-    """Where it has no pose at these; evo would find nothing, or poses up to 0.05 s apart."""
+    """It has no pose at these; evo would find nothing, or poses up to 0.05 s apart."""
     times = np.arange(1200) / 10
     poses = np.tile(np.eye(4), (1200, 1, 1))
     poses[:, :3, 3] = np.transpose([40 * np.cos(times / 4), 40 * np.sin(times / 4), times / 3])
     reference = Trajectory(times[::10], poses[::10])
     late = Trajectory(times[:-1] + 0.05, (poses[:-1] + poses[1:]) / 2)
     late.poses[:, :3, :3] = np.eye(3)
-    found = evaluate(reference, late, alignment="rigid")
-    assert found.ate < 0.01
-    assert found.lost < 0.02
+    evaluation = evaluate(reference, late, alignment="rigid")
+    assert evaluation.ate < 0.01
+    assert evaluation.lost < 0.02
 
 
 def winding(rng):
@@ -249,25 +249,25 @@ MISTAKES = {"inverted": inverse_poses, "quaternions": reordered}
 def test_right_pairs_have_no_hint_and_wrong_ones_are_named(seed):
     rng = np.random.default_rng([seed, 70])
     times, truth = winding(rng)
-    kept = np.sort(rng.permutation(len(times))[: 900 // rng.integers(1, 5)])
-    reference, estimate = Trajectory(times, truth), disturbed(truth, rng)[kept]
+    rows = np.sort(rng.permutation(len(times))[: 900 // rng.integers(1, 5)])
+    reference, estimate = Trajectory(times, truth), disturbed(truth, rng)[rows]
 
     def hints(reference, estimate):
         return [note for note in evaluate(reference, estimate).notes if note.kind in KINDS]
 
-    assert hints(reference, Trajectory(times[kept], estimate)) == []
-    for kind, change in MISTAKES.items():
-        (hint,) = hints(reference, Trajectory(times[kept], change(estimate)))
-        assert hint.kind == kind
+    assert hints(reference, Trajectory(times[rows], estimate)) == []
+    for mistake, change in MISTAKES.items():
+        (hint,) = hints(reference, Trajectory(times[rows], change(estimate)))
+        assert hint.kind == mistake
         assert "of the estimate seem" in hint.text
-        (hint,) = hints(Trajectory(times, change(truth)), Trajectory(times[kept], estimate))
-        assert hint.kind == kind
+        (hint,) = hints(Trajectory(times, change(truth)), Trajectory(times[rows], estimate))
+        assert hint.kind == mistake
         assert "of the reference seem" in hint.text
     for late in (-0.05, 0.4, 1.2):
-        (hint,) = hints(reference, Trajectory(times[kept] + late, estimate))
+        (hint,) = hints(reference, Trajectory(times[rows] + late, estimate))
         assert hint.kind == "clock"
-        found = evaluate(reference, Trajectory(times[kept] + late, estimate), t_offset="auto")
-        assert found.t_offset == pytest.approx(-late, abs=0.005)
+        evaluation = evaluate(reference, Trajectory(times[rows] + late, estimate), t_offset="auto")
+        assert evaluation.t_offset == pytest.approx(-late, abs=0.005)
 
 
 def test_laps_that_repeat_are_not_certain():
@@ -288,8 +288,8 @@ def test_an_estimate_in_millimetres_is_named_where_the_scale_counts():
     times, truth = winding(rng)
     estimate = disturbed(truth, rng)
     estimate[:, :3, 3] *= 1000
-    found = evaluate(Trajectory(times, truth), Trajectory(times, estimate), alignment="rigid")
-    (hint,) = [note for note in found.notes if note.kind == "units"]
+    evaluation = evaluate(Trajectory(times, truth), Trajectory(times, estimate), alignment="rigid")
+    (hint,) = [note for note in evaluation.notes if note.kind == "units"]
     assert "the positions of the estimate seem to be in mm" in hint.text
 
 

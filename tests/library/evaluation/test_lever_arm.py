@@ -11,7 +11,7 @@ ARM = np.array([0.2, -0.1, 0.2])
 
 
 def run(n=400, *, turning=True, sigma=0.01, seed=0):
-    """A reference of positions alone at the prism, and an estimate of the body with some noise."""
+    """A reference of only positions at the prism, and an estimate of the body with some noise."""
     rng = np.random.default_rng(seed)
     t = np.arange(n) / 10
     angles = np.column_stack([0.3 * np.sin(t / 3), 0.2 * np.cos(t / 2), t / 4]) * turning

@@ -1,4 +1,4 @@
-"""Which estimated pose belongs to which reference pose: by time, by image name or by row.
+"""Estimated poses are matched to reference poses by time, by image name or by row.
 
 What the rule of time promises is in test_time.py.
 """
@@ -93,7 +93,7 @@ def test_the_times_that_are_expected_include_both_ends():
         ([0, 5, 7], [5, 7, 9], [(0, None), (1, 0), (2, 1)]),
         ([1, 2, 3], [0, 1, 2], [(0, 1), (1, 2), (2, None)]),
         ([0, 1, 2], [0, 1, 2], [(0, 0), (1, 1), (2, 2)]),
-        # Nanoseconds are closer than floats tell apart.
+        # Floats cannot resolve single nanoseconds.
         ((10**18 + np.arange(3)).tolist(), [10**18 + 2], [(0, None), (1, None), (2, 0)]),
     ],
 )
@@ -104,7 +104,7 @@ def test_names_and_numbers(reference, estimate, expected):
 
 
 @pytest.mark.parametrize(
-    ("reference", "estimate", "expected", "said"),
+    ("reference", "estimate", "expected", "beginning"),
     [
         (["images/a.png", "b.png"], ["y/b.jpg", "a"], [(0, 1), (1, 0)], "images"),
         (["images/a.PNG", "x\\b.png"], ["X/B.png", "Images/a.png"], [(0, 1), (1, 0)], "images"),
@@ -115,8 +115,10 @@ def test_names_and_numbers(reference, estimate, expected):
         (["a/1", "a/2"], ["b/1", "c/2"], [(0, 0), (1, 1)], "images"),
     ],
 )
-def test_images_are_paired_by_the_ends_of_their_paths(reference, estimate, expected, said):
-    with pytest.warns(TrajectoryWarning, match=f"^{said}.* matched by the end of their path: "):
+def test_images_are_paired_by_the_ends_of_their_paths(reference, estimate, expected, beginning):
+    with pytest.warns(
+        TrajectoryWarning, match=f"^{beginning}.* matched by the end of their path: "
+    ):
         matches = match(trajectory(reference), trajectory(estimate))
     assert pairs(matches) == expected
 

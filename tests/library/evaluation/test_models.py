@@ -36,14 +36,17 @@ def test_a_folder_has_the_scores_of_its_best_model(run, example, tmp_path):
     for number, rows in enumerate(parts):
         write_poses["colmap"](tmp_path / f"sparse/{number}", names[rows], poses[rows])
     code, out, err = run("colmap", "colmap/reference", tmp_path / "sparse", "--json")
-    (found,) = json.loads(out)["results"]
-    alone = [
+    (result,) = json.loads(out)["results"]
+    documents = [
         json.loads(run("colmap", "colmap/reference", tmp_path / f"sparse/{part}", "--json")[1])
         for part in (1, 0)
     ]
-    scores = [{name: one["results"][0][name] for name in ("TAS", "RAS", "PAS")} for one in alone]
-    assert {name: found[name] for name in scores[0]} == scores[0]
-    assert found["models"] == [
+    scores = [
+        {name: document["results"][0][name] for name in ("TAS", "RAS", "PAS")}
+        for document in documents
+    ]
+    assert {name: result[name] for name in scores[0]} == scores[0]
+    assert result["models"] == [
         {"name": "1", "images": 22, "coverage": 0.55, **scores[0]},
         {"name": "0", "images": 18, "coverage": 0.45, **scores[1]},
         {"name": "2", "images": 3, "coverage": 0.075, **dict.fromkeys(scores[0])},
@@ -63,12 +66,12 @@ def test_one_of_the_models(run, score, example, tmp_path):
     for number, rows in enumerate((range(18), range(13, 35))):
         write_poses["colmap"](tmp_path / f"sparse/{number}", names[rows], poses[rows])
     sparse = tmp_path / "sparse"
-    chosen, alone = (
+    chosen, single = (
         score("colmap", "colmap/reference", sparse, "--model", 0)[0],
         score("colmap", "colmap/reference", sparse / "0")[0],
     )
     assert chosen["models"] == []
-    assert {**chosen, "name": "", "file": ""} == {**alone, "name": "", "file": ""}
+    assert {**chosen, "name": "", "file": ""} == {**single, "name": "", "file": ""}
     code, out, err = run("colmap", "colmap/reference", sparse, "--model", "7")
     assert (code, out) == (1, "")
     assert err.endswith("sparse: has no model '7': its models are 0, 1\n")
@@ -82,10 +85,10 @@ def test_folders_of_one_model_are_that_model(score, example, tmp_path):
     """As sparse, with sparse/0 in it: as an estimate and as a reference."""
     for folder, trajectory in zip(("reference", "sparse"), example, strict=True):
         write_poses["colmap"](tmp_path / folder / "0", *trajectory)
-    (found,) = score("colmap", tmp_path / "reference", tmp_path / "sparse")
+    (result,) = score("colmap", tmp_path / "reference", tmp_path / "sparse")
     (expected,) = score("colmap", "colmap/reference", "colmap/estimate")
-    assert found["models"] == []
-    assert found["PAS"] == pytest.approx(expected["PAS"], abs=1e-3)  # written with fewer digits
+    assert result["models"] == []
+    assert result["PAS"] == pytest.approx(expected["PAS"], abs=1e-3)  # written with fewer digits
 
 
 def test_models_in_memory(example, examples):
@@ -97,10 +100,10 @@ def test_models_in_memory(example, examples):
         for image in list(models[number].images.values()):
             if image.name not in names[rows]:
                 models[number].deregister_frame(image.frame_id)
-    found = evaluate(example[0], models)
-    assert [(one.name, one.images) for one in found.models] == [("0", 25), ("1", 20)]
+    evaluation = evaluate(example[0], models)
+    assert [(model.name, model.images) for model in evaluation.models] == [("0", 25), ("1", 20)]
     expected = evaluate(*example[:1], parts_of(example[1], range(25))["0"])
-    assert found.pas == pytest.approx(expected.pas, abs=1e-6)
+    assert evaluation.pas == pytest.approx(expected.pas, abs=1e-6)
 
 
 def test_no_model_that_can_be_scored(example):
@@ -132,9 +135,9 @@ def relative_errors(gt, models, accuracy):
                 if first not in gt or second not in gt:
                     errors.append(180.0)
                     continue
-                true, found = (np.linalg.inv(of[first]) @ of[second] for of in (gt, model))
-                turn = Rotation.from_matrix(true[:3, :3].T @ found[:3, :3]).magnitude()
-                steps = true[:3, 3], found[:3, 3]
+                true, estimated = (np.linalg.inv(of[first]) @ of[second] for of in (gt, model))
+                turn = Rotation.from_matrix(true[:3, :3].T @ estimated[:3, :3]).magnitude()
+                steps = true[:3, 3], estimated[:3, 3]
                 lengths = [np.linalg.norm(step) for step in steps]
                 direction = np.arccos(np.clip(steps[0] @ steps[1] / np.prod(lengths), -1, 1))
                 errors.append(np.degrees(max(turn, direction if lengths[0] >= accuracy else 0)))
@@ -172,16 +175,16 @@ def test_the_auc_of_colmap_counts_the_pairs_of_all_models(seed):
             keys = np.append(keys, ["outlier", "another"])
             poses = np.concatenate([poses, gt[:2]])
         models[str(number)] = Trajectory(keys, poses)
-    found = evaluate(Trajectory(names, gt), models, metrics=METRICS)
-    dicts = [dict(zip(*one, strict=True)) for one in models.values()]
+    evaluation = evaluate(Trajectory(names, gt), models, metrics=METRICS)
+    dicts = [dict(zip(*model, strict=True)) for model in models.values()]
     for name in METRICS:
         end = float(name.partition("@")[2].partition(":")[0])
         accuracy = 0.02 if "imc" in name else 0.001
         errors = relative_errors(dict(zip(names, gt, strict=True)), dicts, accuracy)
-        assert found.value(name) == pytest.approx(area(errors, end, accuracy), abs=1e-4)
-    alone = evaluate(Trajectory(names, gt), models["0"], metrics=METRICS)
+        assert evaluation.value(name) == pytest.approx(area(errors, end, accuracy), abs=1e-4)
+    single = evaluate(Trajectory(names, gt), models["0"], metrics=METRICS)
     errors = relative_errors(dict(zip(names, gt, strict=True)), dicts[:1], 0.001)
-    assert alone.value("auc@5:colmap") == pytest.approx(area(errors, 5, 0.001), abs=1e-4)
+    assert single.value("auc@5:colmap") == pytest.approx(area(errors, 5, 0.001), abs=1e-4)
 
 
 def test_a_set_of_one_model_has_its_auc(example):
@@ -191,7 +194,7 @@ def test_a_set_of_one_model_has_its_auc(example):
     assert colmap_relative_auc(gt, est[None], 5) == colmap_relative_auc(gt, est, 5)
 
 
-def reconstruction(kind, n, rng):
+def reconstruction(errors, n, rng):
     """Names, and true and estimated poses of a path: with noise and outliers, or with drift."""
     turns = Rotation.from_rotvec(np.cumsum(rng.normal(0, 0.1, (n, 3)), axis=0))
     gt = np.tile(np.eye(4), (n, 1, 1))
@@ -199,11 +202,11 @@ def reconstruction(kind, n, rng):
     gt[:, :3, 3] = np.cumsum(turns.apply([1, 0, 0]) + rng.normal(0, 0.2, (n, 3)), axis=0)
     est, size = gt.copy(), rng.choice([0.02, 0.1, 0.3])
     position, angle = size * rng.normal(size=(n, 3)), size / 10 * rng.normal(size=(n, 3))
-    if kind == "drift":
+    if errors == "drift":
         position, angle = np.cumsum(position, axis=0), np.cumsum(angle, axis=0)
     est[:, :3, :3] = (Rotation.from_rotvec(angle) * turns).as_matrix()
     est[:, :3, 3] += position
-    if kind == "random":
+    if errors == "random":
         wrong = rng.random(n) < 0.2
         est[wrong, :3, 3] += rng.normal(0, 10, (int(wrong.sum()), 3))
     return np.array([f"{row:03}.png" for row in range(n)]), gt, est
@@ -231,21 +234,21 @@ def moved(poses, rng):
     return poses
 
 
-@pytest.mark.parametrize("kind", ["random", "drift"])
+@pytest.mark.parametrize("errors", ["random", "drift"])
 @pytest.mark.parametrize("seed", range(8))
-def test_splitting_does_not_raise_the_tas(kind, seed):
-    rng = np.random.default_rng([seed, len(kind)])
+def test_splitting_does_not_raise_the_tas(errors, seed):
+    rng = np.random.default_rng([seed, len(errors)])
     n = int(rng.integers(20, 80))
-    names, gt, est = reconstruction(kind, n, rng)
+    names, gt, est = reconstruction(errors, n, rng)
     reference = Trajectory(names, gt)
     whole = evaluate(reference, Trajectory(names, est))
     models = {
         str(number): Trajectory(names[rows], moved(est[rows], rng))
         for number, rows in enumerate(cut(n, rng))
     }
-    found = evaluate(reference, models)
-    assert found.tas <= whole.tas + 0.002
-    assert found.ras <= whole.ras + 0.06  # its average is no maximum
+    evaluation = evaluate(reference, models)
+    assert evaluation.tas <= whole.tas + 0.002
+    assert evaluation.ras <= whole.ras + 0.06  # its average is no maximum
     of_three = {
         str(row): Trajectory(names[row : row + 3], moved(est[row : row + 3], rng))
         for row in range(0, n - 3, 3)
@@ -264,10 +267,10 @@ def test_reconstructions_of_opensfm(run, score, example, tmp_path):
         lists.append({"shots": {name: {"rotation": v, "translation": t} for name, v, t in rows}})
     (tmp_path / "gt.json").write_text(json.dumps(lists[:1]))
     (tmp_path / "est.json").write_text(json.dumps([lists[1], lists[1], {"shots": {}}]))
-    (found,) = score("opensfm", tmp_path / "gt.json", tmp_path / "est.json")
-    assert [one["name"] for one in found["models"]] == ["0", "1"]
-    (alone,) = score("opensfm", tmp_path / "gt.json", tmp_path / "est.json", "--model", "1")
-    assert (alone["PAS"], alone["models"]) == (found["PAS"], [])
+    (result,) = score("opensfm", tmp_path / "gt.json", tmp_path / "est.json")
+    assert [model["name"] for model in result["models"]] == ["0", "1"]
+    (single,) = score("opensfm", tmp_path / "gt.json", tmp_path / "est.json", "--model", "1")
+    assert (single["PAS"], single["models"]) == (result["PAS"], [])
     markdown = run("opensfm", tmp_path / "gt.json", tmp_path / "est.json", "--markdown", "-")[1]
     assert "| est.json   | 1       | 20       |" in markdown.replace("\\", "")
 
@@ -282,13 +285,13 @@ def test_compare_takes_folders_of_models(run, example, tmp_path):
     patterns = f"{tmp_path}/gt", f"{tmp_path}/{{system}}/sparse"
     code, out, err = run("compare", "colmap", *patterns, "--json", "--jobs", "1")
     assert code == 0, err
-    scores = {one["system"]: one["PAS"] for one in json.loads(out)["runs"]}
+    scores = {entry["system"]: entry["PAS"] for entry in json.loads(out)["runs"]}
     assert scores["whole"] > scores["split"] + 0.2
 
 
 def test_names_that_are_matched_by_their_ending(example):
     """A note says so, once; no warning escapes."""
     moved = example[1]._replace(keys=np.array([f"images/{name}" for name in example[1].keys]))
-    found = evaluate(example[0], parts_of(moved, range(20), range(20, 37)), metrics=METRICS)
-    assert sum("matched by the end of their path" in str(note) for note in found.notes) == 1
-    assert found.models[0].images == 20
+    evaluation = evaluate(example[0], parts_of(moved, range(20), range(20, 37)), metrics=METRICS)
+    assert sum("matched by the end of their path" in str(note) for note in evaluation.notes) == 1
+    assert evaluation.models[0].images == 20

@@ -1,4 +1,4 @@
-"""What is noted: poses left out, gaps, scores that chance explains, mix-ups of convention."""
+"""Notes on poses left out, gaps, scores that chance explains, mix-ups of convention."""
 
 import json
 import re
@@ -31,9 +31,9 @@ def notes(*files, **settings):
 
 
 def without(lost):
-    """Return the truth without the poses at which `lost`, a function of the time, holds."""
-    kept = ~lost(TRUTH.keys)
-    return Trajectory(TRUTH.keys[kept], TRUTH.poses[kept])
+    """Return the truth without the poses where `lost`, a function of the time, is true."""
+    has_pose = ~lost(TRUTH.keys)
+    return Trajectory(TRUTH.keys[has_pose], TRUTH.poses[has_pose])
 
 
 def test_poses_without_a_reference(run, lines, write):
@@ -82,9 +82,9 @@ def test_nothing_is_expected_where_a_reference_has_no_pose(run, tmp_path, how):
         reference = Trajectory(TRUTH.keys, TRUTH.poses.copy())
         reference.poses[inside, :3] = np.nan
     for estimate in (TRUTH, reference):
-        found = evaluate(reference, estimate)
-        assert (found.pas, found.lost, found.to_dict()["n"]) == (1, 0, 300)
-        assert ABSENT.format("25.3%", "time") in [str(note) for note in found.notes]
+        evaluation = evaluate(reference, estimate)
+        assert (evaluation.pas, evaluation.lost, evaluation.to_dict()["n"]) == (1, 0, 300)
+        assert ABSENT.format("25.3%", "time") in [str(note) for note in evaluation.notes]
     assert notes(TRUTH, TRUTH) == []
     write_poses["tum"](tmp_path / "gt", *reference)
     err = run("tum", tmp_path / "gt", tmp_path / "gt", tmp_path / "gt")[2]
@@ -112,10 +112,10 @@ def test_duplicates_are_noted_or_refused():
 
 def test_few_scored_poses_are_noted():
     note = "only 19 of its poses are scored; so few poses can fit by chance"
-    for n, said in ((19, True), (20, False)):
+    for n, noted in ((19, True), (20, False)):
         rows = np.linspace(0, len(TRUTH.keys) - 1, n).round().astype(int)
         estimate = Trajectory(TRUTH.keys[rows], TRUTH.poses[rows])
-        assert (note in notes(TRUTH, estimate, max_gap=4)) == said
+        assert (note in notes(TRUTH, estimate, max_gap=4)) == noted
 
 
 def test_ends_that_no_estimate_covers_are_noted(run, tmp_path):
@@ -170,21 +170,21 @@ def test_quaternions_with_w_at_the_wrong_end(run, score, lines, write):
 def test_a_table_with_commas_and_w_last_is_no_euroc(score, lines, write):
     """Without a header, w is first only where stamps are whole nanoseconds."""
     path = write([line.replace(" ", ",") for line in lines], "est.csv")
-    (found,), (honest,) = score(TUM[1], path), score(*TUM)
-    assert found["RAS"] == honest["RAS"]
+    (result,), (honest,) = score(TUM[1], path), score(*TUM)
+    assert result["RAS"] == honest["RAS"]
 
 
-def test_clocks_of_positions_alone_are_compared_by_speeds():
-    """Of a camera that stands there is nothing to compare."""
+def test_clocks_of_positions_without_rotations_are_compared_by_speeds():
+    """A camera that stands still has nothing to compare."""
     poses = TRUTH.poses.copy()
     poses[:, :3, :3] = np.nan
-    found = evaluate(TRUTH, Trajectory(TRUTH.keys - 0.2, poses))
-    (note,) = [str(note) for note in found.notes if note.kind == "clock"]
+    evaluation = evaluate(TRUTH, Trajectory(TRUTH.keys - 0.2, poses))
+    (note,) = [str(note) for note in evaluation.notes if note.kind == "clock"]
     assert "its clock is off: its speeds fit those of the reference best" in note
     assert "with an offset of 0.200 s, standard error" in note
     poses[:, :3, 3] = 1
-    found = evaluate(TRUTH, Trajectory(TRUTH.keys, poses))
-    assert "clock" not in [note.kind for note in found.notes]
+    evaluation = evaluate(TRUTH, Trajectory(TRUTH.keys, poses))
+    assert "clock" not in [note.kind for note in evaluation.notes]
 
 
 def drive(n=60):
@@ -197,7 +197,7 @@ def drive(n=60):
 
 
 @pytest.mark.parametrize("factor", [0.5, 0.985, 1.0, 1.03])
-def test_a_scale_that_is_off_is_told_below_the_table(run, kitti, factor):
+def test_a_wrong_scale_is_noted_below_the_table(run, kitti, factor):
     est = drive()
     est[:, :3, 3] *= factor
     files = "kitti", kitti(drive(), "gt.txt"), kitti(est, "est.txt")
@@ -230,13 +230,13 @@ def test_why_a_score_is_low():
 
 
 def test_poses_that_repeat_while_the_reference_moves_away():
-    """ORB_SLAM3#619: the last pose again and again, for five seconds in which track is lost."""
+    """ORB_SLAM3#619: the last pose again and again, for five seconds without tracking."""
     frozen, gap = TRUTH.poses.copy(), without(lambda times: (times > 10) & (times < 15))
     frozen[101:150] = frozen[100]
-    found = evaluate(TRUTH, Trajectory(TRUTH.keys, frozen))
-    (note,) = [str(note) for note in found.notes if note.kind == "frozen"]
+    evaluation = evaluate(TRUTH, Trajectory(TRUTH.keys, frozen))
+    (note,) = [str(note) for note in evaluation.notes if note.kind == "frozen"]
     assert re.match(r"4\d of 400 poses repeat an earlier one, from which the reference has", note)
-    assert found.pas <= evaluate(TRUTH, gap).pas
+    assert evaluation.pas <= evaluate(TRUTH, gap).pas
     still = TRUTH.poses.copy()
     still[100:150] = still[100]  # of both
     assert notes(Trajectory(TRUTH.keys, still), Trajectory(TRUTH.keys, still)) == []

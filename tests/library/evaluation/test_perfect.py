@@ -29,7 +29,7 @@ def with_errors(poses, sigma, sigma_deg):
     return estimate
 
 
-def kinds(evaluation):
+def note_kinds(evaluation):
     return [note.kind for note in evaluation.notes]
 
 
@@ -50,14 +50,14 @@ def test_scores_have_their_closed_form_where_nothing_is_aligned(reference, sigma
 def test_errors_as_large_as_those_of_the_reference_are_noted(reference):
     sigma = 0.1, 1.0
     as_good = evaluate(reference, with_errors(reference, *sigma), reference_sigma=sigma)
-    assert "perfect" in kinds(as_good)
+    assert "perfect" in note_kinds(as_good)
     assert as_good.pas == pytest.approx(as_good.perfect["PAS"][0], abs=0.02)
     assert as_good.to_dict()["perfect"] == as_good.perfect
     worse = evaluate(reference, with_errors(reference, 0.2, 2.0), reference_sigma=sigma)
-    assert "perfect" not in kinds(worse)
+    assert "perfect" not in note_kinds(worse)
     unasked = evaluate(reference, reference)
     assert unasked.perfect is None
-    assert "perfect" not in kinds(unasked)
+    assert "perfect" not in note_kinds(unasked)
 
 
 def test_the_command_has_it(run):

@@ -23,7 +23,7 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
         (0.47, 0.84, 0.050),
         "",
     ),
-    ("01b", "lowres_wide.traj est.txt", "a quaternion of length .* is no rotation", ""),
+    ("01b", "lowres_wide.traj est.txt", "a quaternion of length .* is not a rotation", ""),
     ("02", "poses.txt est_kitti.txt", (0.905, 0.917, 0.172), "41 of 300 frames"),
     ("02", "poses.txt est_indexed.txt", (0.905, 0.917, 0.172), "41 of 300 frames"),
     ("03", "gt.txt est.txt", "216 of 240 poses", ""),
@@ -56,7 +56,7 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
     ("12", "data.csv robot0.txt", "count by one", ""),
     ("12", "gt.txt robot0.txt", "count by one", ""),
     ("13", "gt.txt graph.g2o", "time stamps in seconds .*, the estimate frame numbers", ""),
-    ("13", "gt.txt graph.g2o --est_columns '- n x y z qx qy qz qw'", "is no text table", ""),
+    ("13", "gt.txt graph.g2o --est_columns '- n x y z qx qy qz qw'", "is not a text table", ""),
     ("13", "gt_indexed.txt graph.g2o", "200 poses, the estimate 40", ""),
     ("14", "pose est.txt", (0.832, 0.917, 0.031), "no pose for 10.0%"),
     ("14", "pose est_padded", (0.832, 0.917, 0.031), "no pose for 10.0%"),
@@ -103,8 +103,8 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
     ("30", "c_gt_us.txt c_estk_us.txt", "only 1 of 40 poses .* --columns 't_us", ""),
     ("30", "c_gt_ms.txt c_est_ms.txt --columns 't_ms x y z qx qy qz qw'", (0.745, 0.849), ""),
     ("31", "d_gps.txt d_est.txt", "seems to have latitudes and longitudes", ""),
-    ("34", "b_gt.txt b_euler.txt", "a quaternion of length 1.87 is no rotation", ""),
-    ("34", "b_gt.txt b_eulerdeg.txt", "a quaternion of length 90.6 is no rotation", ""),
+    ("34", "b_gt.txt b_euler.txt", "a quaternion of length 1.87 is not a rotation", ""),
+    ("34", "b_gt.txt b_eulerdeg.txt", "a quaternion of length 90.6 is not a rotation", ""),
     ("34", "b_gt.txt b_euler.txt --est_columns 't x y z'", (0.798, None), "no rotations"),
     ("35", "k_gt.txt k_est.txt --t_max_diff 1e25", "t_max_diff is in seconds", ""),
     ("35", "k_gt.txt k_est.txt --t_offset auto", (0.82, 0.94), "offset of -12345.59"),
@@ -126,10 +126,10 @@ def folder(monkeypatch):
     """(number) -> go to the folder of a case; skip where it is not there."""
 
     def folder(number):
-        found = [*CASES.glob(f"{number}-*")]
-        if not found:
+        folders = [*CASES.glob(f"{number}-*")]
+        if not folders:
             pytest.skip(f"no case {number} at {CASES}")
-        monkeypatch.chdir(found[0])
+        monkeypatch.chdir(folders[0])
 
     return folder
 
@@ -145,9 +145,9 @@ def parsed(arguments):
     return files, settings
 
 
-def agree(found, right):
+def agree(values, right):
     """TAS, RAS and ATE, as far as they are known."""
-    for value, expected, tolerance in zip(found, right, (0.016, 0.016, 0.001), strict=False):
+    for value, expected, tolerance in zip(values, right, (0.016, 0.016, 0.001), strict=False):
         if expected is not None:
             assert value == pytest.approx(expected, abs=tolerance)
 
@@ -165,13 +165,13 @@ def test_a_report_ends_as_it_must_by_command_function_and_comparison(folder, com
             evaluate(*files, **settings)
         return
     assert code == 0
-    found = evaluate(*files, **settings)
+    evaluation = evaluate(*files, **settings)
     (printed,) = json.loads(out)["results"]
-    agree([found.tas, found.ras, found.ate], end)
+    agree([evaluation.tas, evaluation.ras, evaluation.ate], end)
     agree([printed["TAS"], printed["RAS"], printed["ate"]], end)
     compared = compare(files[0], {"system": files[1]}, **settings)
     agree(compared.runs.iloc[0][["TAS", "RAS", "ATE"]], end)
-    notes = "\n".join(map(str, found.notes))
+    notes = "\n".join(map(str, evaluation.notes))
     for text in (err, notes, "\n".join([*compared.notes, *compared.failed])) if note else ():
         assert re.search(note, text)
     if not note:

@@ -24,10 +24,10 @@ SCHEMA = {
 }
 
 
-@pytest.mark.parametrize("form", FILES)
-def test_results_are_as_described(score, form):
+@pytest.mark.parametrize("format_name", FILES)
+def test_results_are_as_described(score, format_name):
     for options in ((), ("--registration", "pcr99", "--repeat", 2, "--metrics", "ate,auc@30:vggt")):
-        (result,) = score(form, *FILES[form], *options)
+        (result,) = score(format_name, *FILES[format_name], *options)
         assert set(result) == set(SCHEMA)
         for key, value in result.items():
             assert isinstance(value, SCHEMA[key]), key

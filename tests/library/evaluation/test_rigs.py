@@ -65,7 +65,7 @@ def test_recordings_with_the_same_file_names_are_no_rig():
     ("option", "problem"),
     [
         (r"\d+", "rig_frames needs one group in brackets"),
-        ("(", "is no regular expression"),
+        ("(", "is not a regular expression"),
         (r"(x)_", "rig_frames: no name fits, such as 'cam0/0000.png'"),
     ],
 )
@@ -88,9 +88,9 @@ def test_groups_label_the_rows_of_rig_frames(how):
     else:
         timed = {"times": np.arange(n) / 100, "rate": "all", "max_gap": 0} if how == "times" else {}
         evaluation = evaluate(truth.poses, estimate.poses, groups=groups, **timed)
-    alone = tas(truth.positions, estimate.positions, groups=groups, registration="refined")
-    assert evaluation.matches.unit == alone.unit == pytest.approx(closest_pair_quartile(path))
-    assert evaluation.tas == pytest.approx(alone.score, abs=1e-3)
+    expected = tas(truth.positions, estimate.positions, groups=groups, registration="refined")
+    assert evaluation.matches.unit == expected.unit == pytest.approx(closest_pair_quartile(path))
+    assert evaluation.tas == pytest.approx(expected.score, abs=1e-3)
 
 
 def test_groups_follow_the_rows_that_are_scored():
@@ -102,12 +102,12 @@ def test_groups_follow_the_rows_that_are_scored():
     keys, poses = np.append(keys, keys[0]), np.concatenate([poses, poses[:1]])
     groups = np.append(order % 40, 0)
     with np.errstate(all="ignore"):
-        found = evaluate(
+        evaluation = evaluate(
             Trajectory(keys, poses), Trajectory(keys, poses), groups=groups, rate="all"
         )
     positions = truth.positions[np.arange(80) != 7]
     labels = np.delete(np.arange(80) % 40, 7)
-    assert found.matches.unit == pytest.approx(closest_pair_quartile(positions, groups=labels))
+    assert evaluation.matches.unit == pytest.approx(closest_pair_quartile(positions, groups=labels))
 
 
 @pytest.mark.parametrize(
@@ -134,14 +134,14 @@ def model_of_rig(pycolmap, n_cameras):
     return pycolmap.synthesize_dataset(options)
 
 
-@pytest.mark.parametrize("form", ["text", "binary", "memory"])
-def test_rig_frames_of_a_colmap_model_count_as_one_camera(form, tmp_path):
+@pytest.mark.parametrize("source", ["text", "binary", "memory"])
+def test_rig_frames_of_a_colmap_model_count_as_one_camera(source, tmp_path):
     pycolmap = pytest.importorskip("pycolmap")
     model = model_of_rig(pycolmap, 3)
     frames = {image.name: image.frame_id for image in model.images.values()}
-    if form != "memory":
-        getattr(model, f"write_{form}")(tmp_path)
-    reference = model if form == "memory" else tmp_path
+    if source != "memory":
+        getattr(model, f"write_{source}")(tmp_path)
+    reference = model if source == "memory" else tmp_path
     assert read_rig_frames(reference) == frames
     evaluation = evaluate(reference, reference)
     groups = [frames[name] for name in evaluation.reference.keys]
@@ -150,7 +150,7 @@ def test_rig_frames_of_a_colmap_model_count_as_one_camera(form, tmp_path):
     assert evaluation.matches.n_rig_frames == 20
     each = evaluate(reference, reference, rig_frames="none")
     assert each.matches.unit == closest_pair_quartile(positions)
-    if form == "binary":
+    if source == "binary":
         compared = compare(str(tmp_path), {"same": str(tmp_path)}, format="colmap")
         assert compared.runs["d"].to_list() == [evaluation.matches.unit]
 
@@ -176,15 +176,15 @@ def test_the_cameras_of_a_dome_are_not_one_camera():
 
 def test_too_few_rig_frames_are_one_sentence():
     _, truth, estimate = rig(flat, 4, 0.05)
-    with pytest.raises(ValueError, match="the reference has 2 of the 4 rig frames that it takes"):
+    with pytest.raises(ValueError, match="the reference has 2 rig frames, and it takes 4"):
         evaluate(truth, estimate, groups=np.arange(160) % 2)
 
 
-@pytest.mark.parametrize("form", ["text", "binary"])
-def test_damaged_frames_are_one_sentence(form, tmp_path):
+@pytest.mark.parametrize("encoding", ["text", "binary"])
+def test_damaged_frames_are_one_sentence(encoding, tmp_path):
     pycolmap = pytest.importorskip("pycolmap")
-    getattr(model_of_rig(pycolmap, 2), f"write_{form}")(tmp_path)
-    file = tmp_path / ("frames.txt" if form == "text" else "frames.bin")
+    getattr(model_of_rig(pycolmap, 2), f"write_{encoding}")(tmp_path)
+    file = tmp_path / ("frames.txt" if encoding == "text" else "frames.bin")
     file.write_bytes(file.read_bytes()[:-7])
     with pytest.raises(ValueError, match="--rig_frames none does without it") as raised:
         evaluate(tmp_path, tmp_path)
@@ -205,9 +205,9 @@ def test_a_note_speaks_where_d_is_the_baseline_of_a_rig(n_cameras, baseline):
     assert spacing == pytest.approx(closest_pair_quartile(path), rel=0.15)
 
 
-@pytest.mark.parametrize("kind", ["path", "cube", "plane", "line", "laps", "clusters", "stops"])
-def test_no_note_where_d_is_the_spacing(kind):
-    spoke = 0
+@pytest.mark.parametrize("shape", ["path", "cube", "plane", "line", "laps", "clusters", "stops"])
+def test_no_note_where_d_is_the_spacing(shape):
+    n_notes = 0
     for seed in range(20):
         rng = np.random.default_rng(seed)
         centres = rng.random((8, 3)) * 5
@@ -221,11 +221,11 @@ def test_no_note_where_d_is_the_spacing(kind):
             "clusters": centres[rng.integers(8, size=100)] + rng.normal(0, 0.1, (100, 3)),
             "stops": np.cumsum((rng.random((100, 1)) < 0.3) * rng.normal(size=(100, 3)), axis=0)
             + rng.normal(0, 1e-3, (100, 3)),
-        }[kind]
+        }[shape]
         poses = np.tile(np.eye(4), (100, 1, 1))
         poses[:, :3, 3] = positions
-        spoke += any(note.kind == "spacing" for note in evaluate(poses, poses).notes)
-    assert spoke == 0
+        n_notes += any(note.kind == "spacing" for note in evaluate(poses, poses).notes)
+    assert n_notes == 0
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="no shared cases")

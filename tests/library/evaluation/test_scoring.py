@@ -77,14 +77,18 @@ def test_few_poses_of_many_frames_have_no_half_score_distance():
     assert any("no distance at a score of 0.5 for 4 cameras" in str(n) for n in evaluation.notes)
 
 
-@pytest.mark.parametrize("kind", ["names", "stamps", "rows"])
-def test_trajectories_in_memory_are_like_a_format(kind):
+@pytest.mark.parametrize("key_type", ["names", "stamps", "rows"])
+def test_trajectories_in_memory_are_like_a_format(key_type):
     reference, estimate, _ = scene()
-    keys = {"names": NAMES, "stamps": np.arange(24.0), "rows": np.arange(24)}[kind]
-    n = 24 if kind == "rows" else 22
+    keys = {"names": NAMES, "stamps": np.arange(24.0), "rows": np.arange(24)}[key_type]
+    n = 24 if key_type == "rows" else 22
     whole = np.concatenate([estimate.poses, reference.poses[22:]])[:n]
     evaluation = evaluate(Trajectory(keys, reference.poses), Trajectory(keys[:n], whole))
-    assert evaluation.settings.format == {"names": "nerf", "stamps": "tum", "rows": "kitti"}[kind]
-    form = "arrays" if kind != "names" else "colmap"
-    named = evaluate(Trajectory(keys, reference.poses), Trajectory(keys[:n], whole), format=form)
-    assert named.settings.format == form
+    assert (
+        evaluation.settings.format == {"names": "nerf", "stamps": "tum", "rows": "kitti"}[key_type]
+    )
+    format_name = "arrays" if key_type != "names" else "colmap"
+    evaluation = evaluate(
+        Trajectory(keys, reference.poses), Trajectory(keys[:n], whole), format=format_name
+    )
+    assert evaluation.settings.format == format_name

@@ -1,4 +1,4 @@
-"""Settings: values that they may have, what is said of others, and the parser made from them."""
+"""Settings: valid values, messages on others, and the parser that they define."""
 
 import re
 from dataclasses import FrozenInstanceError, fields, replace
@@ -53,20 +53,25 @@ def test_what_a_setting_cannot_be(name, value, message):
     assert str(caught.value).startswith(message)
 
 
-@pytest.mark.parametrize("form", ["kitti", "colmap", "nerf"])
+@pytest.mark.parametrize("format_name", ["kitti", "colmap", "nerf"])
 @pytest.mark.parametrize("changes", [{"frames": "f"}, {"t_offset": "auto"}, {"rate": "all"}])
-def test_what_needs_time_stamps_is_refused_without(form, changes):
+def test_what_needs_time_stamps_is_refused_without(format_name, changes):
     (name,) = changes
-    with pytest.raises(ValueError, match=f"{name} needs time stamps, which {form} files lack"):
-        Settings(format=form, **changes)
+    with pytest.raises(
+        ValueError, match=f"{name} needs time stamps, which {format_name} files lack"
+    ):
+        Settings(format=format_name, **changes)
     with pytest.raises(ValueError, match="needs time stamps"):
-        replace(Settings(**changes), format=form)  # the format may come later
+        replace(Settings(**changes), format=format_name)  # the format may come later
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"format": "tum", "ref_topic": "/gt"}, "ref_topic is of bags, and tum files have no"),
+        (
+            {"format": "tum", "ref_topic": "/gt"},
+            "ref_topic applies only to bags: tum files have no",
+        ),
         ({"format": "nerf", "metrics": "TAS,rpe@1m"}, "rpe@1m needs the order of time"),
         ({"metrics": "rpe@1s"}, "unknown metric 'rpe@1s'; close to it are rpe@1m"),
         ({"metrics": ["ATE", abs]}, "metrics must be names"),
@@ -85,7 +90,7 @@ def test_they_cannot_be_changed_and_equal_ones_are_equal():
     with pytest.raises(FrozenInstanceError):
         settings.unit = 3
     with pytest.raises(TypeError):
-        Settings("tum")  # by name alone
+        Settings("tum")  # only by name
     assert settings == Settings(format="tum", unit=np.float64(2))
     assert len({settings, Settings(format="tum", unit=2.0), Settings()}) == 2
     stamps = np.arange(5) / 10

@@ -73,8 +73,8 @@ def bursts(trajectory, seconds, n):
 
 
 def at_random(trajectory, share):
-    kept = np.random.default_rng(0).random(len(trajectory.keys)) < share
-    return of_rows(trajectory, kept)
+    drawn = np.random.default_rng(0).random(len(trajectory.keys)) < share
+    return of_rows(trajectory, drawn)
 
 
 def without(trajectory, start, end):
@@ -90,10 +90,12 @@ def test_perfect_estimates_score_one_at_any_rate(reference_rate):
     rows["random"] = np.flatnonzero(np.random.default_rng(0).random(len(truth.keys)) < 0.5)
     rows["keyframes"] = keyframes(0, len(truth.keys), longest=2 * reference_rate)
     ends = 0, len(truth.keys) - 1
-    rows = {name: np.union1d(np.arange(len(truth.keys))[kept], ends) for name, kept in rows.items()}
-    found = scored({name: of_rows(truth, kept) for name, kept in rows.items()}, truth=truth)
-    assert set(found) == set(rows)
-    for result in found.values():
+    rows = {
+        name: np.union1d(np.arange(len(truth.keys))[subset], ends) for name, subset in rows.items()
+    }
+    results = scored({name: of_rows(truth, subset) for name, subset in rows.items()}, truth=truth)
+    assert set(results) == set(rows)
+    for result in results.values():
         assert result["PAS"] == 1
         assert result["half_distance"] < 1e-6  # m; the files are rounded
         assert result["lost"] == 0
@@ -103,8 +105,8 @@ def test_perfect_estimates_score_one_at_any_rate(reference_rate):
 def test_losing_a_tenth_of_the_time_costs_a_tenth(step):
     estimate = of_rows(TRUTH, slice(None, None, step))
     pieces = {"start": (-1, 0.1), "middle": (0.45, 0.55), "end": (0.9, 2)}
-    found = scored({name: without(estimate, *piece) for name, piece in pieces.items()})
-    for result in found.values():
+    results = scored({name: without(estimate, *piece) for name, piece in pieces.items()})
+    for result in results.values():
         assert result["PAS"] == pytest.approx(0.9, abs=0.02)
         assert result["lost"] == pytest.approx(1 - result["PAS"], abs=1e-9)
 
@@ -112,29 +114,29 @@ def test_losing_a_tenth_of_the_time_costs_a_tenth(step):
 def test_a_pose_covers_half_the_largest_gap_on_either_side():
     """Four poses within 0.15 s count as one here."""
     for pose, max_gap, covered in ((1200, 2, 2), (1200, 5, 5), (0, 2, 1), (N - 4, 2, 1)):
-        found = evaluate(TRUTH, of_rows(TRUTH, range(pose, pose + 4)), max_gap=max_gap)
-        assert found.lost * N / RATE == pytest.approx(N / RATE - covered - 0.15, abs=0.2)
+        evaluation = evaluate(TRUTH, of_rows(TRUTH, range(pose, pose + 4)), max_gap=max_gap)
+        assert evaluation.lost * N / RATE == pytest.approx(N / RATE - covered - 0.15, abs=0.2)
 
 
 def test_with_a_largest_gap_of_zero_each_frame_needs_a_pose():
     estimates = {"all": TRUTH, "half": of_rows(TRUTH, slice(0, None, 4))}  # of 10 Hz
-    found = scored(estimates, max_gap=0)
-    assert [found[name]["lost"] for name in estimates] == [0, pytest.approx(0.5, abs=1e-3)]
+    results = scored(estimates, max_gap=0)
+    assert [results[name]["lost"] for name in estimates] == [0, pytest.approx(0.5, abs=1e-3)]
     assert scored(estimates, max_gap=0, rate="all")["half"]["lost"] == pytest.approx(0.75, abs=1e-3)
 
 
-def test_d_and_the_number_of_frames_are_of_the_reference_alone():
+def test_d_and_the_number_of_frames_depend_only_on_the_reference():
     for step in (1, 7, 100):
-        found = evaluate(TRUTH, of_rows(noisy(TRUTH, 0), slice(None, None, step)))
-        assert len(found.matches.keys) == N // 2 + 1
-        assert found.result.tas.unit == closest_pair_quartile(TRUTH.poses[::2, :3, 3])
+        evaluation = evaluate(TRUTH, of_rows(noisy(TRUTH, 0), slice(None, None, step)))
+        assert len(evaluation.matches.keys) == N // 2 + 1
+        assert evaluation.result.tas.unit == closest_pair_quartile(TRUTH.poses[::2, :3, 3])
     assert len(evaluate(TRUTH, TRUTH, rate="all").matches.keys) == N
     assert len(evaluate(TRUTH, TRUTH, rate=1).matches.keys) == N // RATE + 1
     assert len(evaluate(TRUTH, TRUTH, frames=TRUTH.keys[::50]).matches.keys) == N // 50 + 1
 
 
 def standing(n, step_deg=0.0):
-    """A path on which the camera stands for 20 s in the middle, or turns on the spot."""
+    """A path with the camera standing for 20 s in the middle, or turning on the spot."""
     rows = np.concatenate([np.arange(n // 2), np.full(400, n // 2), np.arange(n // 2, n)])
     poses = TRUTH.poses[rows].copy()
     turns = np.cumsum((np.diff(rows, prepend=-1) == 0) * step_deg)
@@ -174,10 +176,13 @@ def euroc_runs(real, *runs):
 
 def check_that_fewer_poses_gain_nothing(truth, estimate):
     full = evaluate(truth, estimate).pas
-    fewer = [thinned(estimate, seconds) for seconds in (0.3, 1.0, 1.9)]
-    fewer += [bursts(estimate, 1.5, 3), *(at_random(estimate, share) for share in (0.9, 0.2, 0.05))]
-    for some in fewer:
-        assert evaluate(truth, some).pas <= full + 0.02
+    subsets = [thinned(estimate, seconds) for seconds in (0.3, 1.0, 1.9)]
+    subsets += [
+        bursts(estimate, 1.5, 3),
+        *(at_random(estimate, share) for share in (0.9, 0.2, 0.05)),
+    ]
+    for subset in subsets:
+        assert evaluate(truth, subset).pas <= full + 0.02
 
 
 def check_that_a_pose_more_makes_no_jump(truth, estimate):
@@ -210,15 +215,15 @@ def test_of_real_runs_fewer_poses_gain_nothing(real):
 
 
 def test_of_real_runs_without_a_stop_a_pose_more_makes_no_jump(real):
-    """Where the drone stands for 20 s, as in MH_01, one pose covers all of that."""
+    """One pose covers all of a stop, such as the 20 s of MH_01."""
     for truth, estimate in euroc_runs(real, "MH_03/vio_stereo/0", "V1_03/vislam_ba/0"):
         check_that_a_pose_more_makes_no_jump(truth, estimate)
 
 
-def test_ate_and_rpe_of_keyframes_alone_are_those_of_evo(real):
+def test_ate_and_rpe_of_keyframes_equal_those_of_evo(real):
     files = real / "fr2_desk_groundtruth.txt", real / "fr2_desk_ORB_kf_mono.txt"
-    asked = "ate:rmse:sim3", "rpe@1f"
-    found = evaluate(*files, format="tum", sync="nearest", metrics=asked)
+    names = "ate:rmse:sim3", "rpe@1f"
+    evaluation = evaluate(*files, format="tum", sync="nearest", metrics=names)
 
     def statistic(metric):
         metric.process_data((reference, estimate))
@@ -228,10 +233,10 @@ def test_ate_and_rpe_of_keyframes_alone_are_those_of_evo(real):
     reference, estimate = sync.associate_trajectories(*read)
     estimate.align(reference, correct_scale=True)
     rpe = statistic(metrics.RPE(metrics.PoseRelation.translation_part))
-    assert found.value("rpe@1f") == pytest.approx(rpe, rel=1e-9)
+    assert evaluation.value("rpe@1f") == pytest.approx(rpe, rel=1e-9)
     ape = statistic(metrics.APE(metrics.PoseRelation.translation_part))
-    assert found.value("ATE") == pytest.approx(ape, rel=1e-9)
-    assert found.value("ate:rmse:sim3") == pytest.approx(ape, rel=1e-9)
+    assert evaluation.value("ATE") == pytest.approx(ape, rel=1e-9)
+    assert evaluation.value("ate:rmse:sim3") == pytest.approx(ape, rel=1e-9)
 
 
 def test_all_poses_count_for_the_ate_whatever_frames_are_expected():
@@ -263,9 +268,9 @@ def test_a_pose_that_a_reference_lacks_is_interpolated_by_any_clock(start):
     truth = of_rows(TRUTH, range(0, 800, 2))  # as dense as the expected frames
     truth = Trajectory(truth.keys + start, truth.poses)
     single = of_rows(truth, np.setdiff1d(np.arange(400), range(10, 400, 17)))
-    found = evaluate(single, truth)
-    assert found.matches.unmatched == 0
-    assert found.notes == []
+    evaluation = evaluate(single, truth)
+    assert evaluation.matches.unmatched == 0
+    assert evaluation.notes == []
 
 
 @pytest.mark.parametrize("name", ["t_max_diff", "max_gap", "t_offset"])

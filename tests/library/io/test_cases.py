@@ -91,7 +91,7 @@ def test_positions_and_rotations_of_two_owners_are_not_mixed(write):
 
 
 def test_other_quantities_are_no_positions(write):
-    """Of the header of Project Aria's trajectories (projectaria_tools#8), but for its clocks."""
+    """As in the header of Project Aria's trajectories (projectaria_tools#8), but for its clocks."""
     header = (
         "graph_uid,tracking_timestamp_us,tx_world_device,ty_world_device,tz_world_device,"
         "qx_world_device,qy_world_device,qz_world_device,qw_world_device,"
@@ -114,12 +114,12 @@ def test_two_clocks_are_not_added(write):
         read_tum(path)
     assert read_tum(path, columns="- t_ns x y z").keys[0] == pytest.approx(STAMPS[0] + 5000)
     path = write(table(STAMPS, utc, POSITIONS, by=",", header="sec,nsec,x,y,z"))
-    with pytest.raises(FileError, match="line 2: t_ns is no fraction of t_s"):
+    with pytest.raises(FileError, match="line 2: t_ns is not a fraction of t_s"):
         read_tum(path)
 
 
 def test_w_comes_first_only_where_the_file_says_so(write):
-    """Commas alone do not."""
+    """Only commas do not."""
     w_first = QUATERNIONS[:, [3, 0, 1, 2]]
     seconds = write(table(STAMPS, POSITIONS, QUATERNIONS, by=","), "a.csv")
     assert recognise(seconds) == "tum"
@@ -140,7 +140,7 @@ def test_a_quaternion_that_is_none_is_refused_in_any_row(write, columns):
     quaternions[17] *= 1.2
     parts = [STAMPS, POSITIONS, quaternions, np.arange(N)]
     path = write(table(*(parts if columns == 9 else parts[:3] if columns == 8 else parts[1:3])))
-    message = "line 18: a quaternion of length 1.2 is no rotation; --columns names"
+    message = "line 18: a quaternion of length 1.2 is not a rotation; --columns names"
     with pytest.raises(FileError, match=message):
         read_tum(path)
 
@@ -245,12 +245,14 @@ def frames(names):
 
 
 def test_duplicates_of_any_key_are_said_and_a_tenth_is_refused(write):
-    few, many = [*NAMES[:38], NAMES[0], NAMES[1]], [*NAMES[:35], *NAMES[:5]]
-    said = r"frames\[38\] .*: 2 of 40 poses have the name of another one, such as my photos/000.jpg"
-    with pytest.warns(TrajectoryWarning, match=f"{said}; the first one is used"):
-        read_nerf(write(frames(few)))
+    two_duplicates, five_duplicates = [*NAMES[:38], NAMES[0], NAMES[1]], [*NAMES[:35], *NAMES[:5]]
+    message = (
+        r"frames\[38\] .*: 2 of 40 poses have the name of another one, such as my photos/000.jpg"
+    )
+    with pytest.warns(TrajectoryWarning, match=f"{message}; the first one is used"):
+        read_nerf(write(frames(two_duplicates)))
     with pytest.raises(FileError, match=r"5 of 40 poses have the name .*; write each pose once"):
-        read_nerf(write(frames(many)))
+        read_nerf(write(frames(five_duplicates)))
     numbers = np.arange(N)
     numbers[-1] = 0
     header = "# frame x y z qx qy qz qw"
@@ -278,7 +280,9 @@ def test_two_runs_in_a_file_are_refused(write):
 def test_a_stamp_that_is_no_time_is_refused(write):
     lines = TUM.splitlines()
     lines[7] = " ".join(["1e18", *lines[7].split()[1:]])
-    with pytest.raises(FileError, match=r"line 8: the time stamp of 1e\+18 s is no time; most are"):
+    with pytest.raises(
+        FileError, match=r"line 8: the time stamp of 1e\+18 s is not a time; most are"
+    ):
         read_tum(write(lines))
     with pytest.raises(FileError, match="line 8: the time stamp"):
         read_stamps(write(lines))
@@ -357,8 +361,10 @@ def test_the_reconstructions_of_opensfm_are_read(write):
         f"{row:03}.jpg": {"rotation": list(vectors[row]), "translation": list(translations[row])}
         for row in range(N)
     }
-    few = dict(list(shots.items())[:7])
-    path = write(json.dumps([{"cameras": {}, "shots": few}, {"cameras": {}, "shots": shots}]))
+    small_model = dict(list(shots.items())[:7])
+    path = write(
+        json.dumps([{"cameras": {}, "shots": small_model}, {"cameras": {}, "shots": shots}])
+    )
     assert recognise(path) == "opensfm"
     with pytest.warns(TrajectoryWarning, match="has 2 reconstructions, of 7, 40 images; the larg"):
         trajectory = read_opensfm(path)
@@ -406,8 +412,8 @@ def test_quaternions_of_zeros_are_no_rotations(write):
     zeros = np.zeros((N, 4))
     with pytest.warns(TrajectoryWarning, match="all quaternions are zero"):
         same_poses(read_tum(write(table(STAMPS, POSITIONS, zeros))), rotations=False)
-    some = QUATERNIONS.copy()
-    some[3] = 0
+    quaternions = QUATERNIONS.copy()
+    quaternions[3] = 0
     with pytest.warns(TrajectoryWarning, match="1 pose has a quaternion of zeros: not estimated"):
-        trajectory = read_tum(write(table(STAMPS, POSITIONS, some)))
+        trajectory = read_tum(write(table(STAMPS, POSITIONS, quaternions)))
     assert np.flatnonzero(np.isnan(trajectory.positions[:, 0])).tolist() == [3]

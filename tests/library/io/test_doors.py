@@ -73,7 +73,9 @@ def test_pipes_are_read_once_to_their_end(pipe, examples):
 def test_a_wrong_line_of_a_pipe_is_named(pipe):
     with pytest.raises(FileError, match="pipe, line 4: has 3 columns, the first row 8"):
         read_tum(pipe(b"# t\n\n" + POSE.encode() + b"1 2 3\n"))
-    with pytest.raises(FileError, match="second, line 2: a quaternion of length 2 is no rotation"):
+    with pytest.raises(
+        FileError, match="second, line 2: a quaternion of length 2 is not a rotation"
+    ):
         read_tum(pipe(f"{POSE}1 1 2 3 0 0 0 2\n".encode(), "second"))
 
 

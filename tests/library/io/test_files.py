@@ -142,7 +142,7 @@ def test_harmless_differences(write, content):
     np.testing.assert_array_equal(poses[:, :3, :3], [np.eye(3), np.diag([1, -1, -1])])
 
 
-def test_what_is_known_of_a_pose_is_kept(write):
+def test_a_pose_with_only_a_position_or_a_rotation_is_read(write):
     """A position without a rotation; quaternions that are not finite are none."""
     numbers = "nan 2 3 0 0 0 1", "1 2 3 nan 0 0 1", "1 2 3 inf 0 0 1", "1 2 3 1 0 0 0"
     _, poses = read_tum(write([f"{stamp} {line}" for stamp, line in enumerate(numbers)]))

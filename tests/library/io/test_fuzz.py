@@ -250,15 +250,15 @@ STRICT = {
 }
 
 
-def check(form, content, path):
+def check(format_name, content, path):
     """Read a file by its format, and by the format that it is recognised to have.
 
     Return whether it was compared with the strict reading.
     """
     path.write_bytes(content)
     read, reasons = None, []
-    own = FORMATS["colmap" if form == "binary" else form].read
-    for reader in (lambda path: FORMATS[recognise(path)].read(path), own):
+    by_name = FORMATS["colmap" if format_name == "binary" else format_name].read
+    for reader in (lambda path: FORMATS[recognise(path)].read(path), by_name):
         try:
             read = reader(path)
             assert read.poses.shape == (len(read.keys), 4, 4)
@@ -267,7 +267,7 @@ def check(form, content, path):
             reasons.append(str(error))
     assert all("\n" not in reason and len(reason) < 600 for reason in reasons)
     try:
-        keys, positions = STRICT[form](content)
+        keys, positions = STRICT[format_name](content)
     except Exception:  # it refuses the file in its way
         return False
     if read is None:
@@ -279,25 +279,26 @@ def check(form, content, path):
     return True
 
 
-@pytest.mark.parametrize("form", SEEDS)
-def test_damaged_files_are_refused_or_read(tmp_path, form):
-    name, content = SEEDS[form]
+@pytest.mark.parametrize("format_name", SEEDS)
+def test_damaged_files_are_refused_or_read(tmp_path, format_name):
+    name, content = SEEDS[format_name]
     before, compared = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, 0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        assert check(form, content, tmp_path / name)
+        assert check(format_name, content, tmp_path / name)
         for seed in range(N_FILES):
             rng = np.random.default_rng(seed)
             start = time.process_time()
-            compared += check(form, damaged(content, rng), tmp_path / name)
+            compared += check(format_name, damaged(content, rng), tmp_path / name)
             assert time.process_time() - start < MAX_SECONDS
     assert compared > 0
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
     assert grown * 1024 < MAX_GROWTH
 
 
-@pytest.mark.parametrize("form", SEEDS)
-def test_the_good_files_are_read(tmp_path, form):
-    name, content = SEEDS[form]
+@pytest.mark.parametrize("format_name", SEEDS)
+def test_the_good_files_are_read(tmp_path, format_name):
+    name, content = SEEDS[format_name]
     (tmp_path / name).write_bytes(content)
-    assert len(FORMATS["colmap" if form == "binary" else form].read(tmp_path / name).keys) == N
+    read = FORMATS["colmap" if format_name == "binary" else format_name].read
+    assert len(read(tmp_path / name).keys) == N

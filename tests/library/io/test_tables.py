@@ -112,7 +112,7 @@ READ = {
         f"t_us - - - - - - {MATRIX}", header="https://a.b/?v=1", named=f"t {'- ' * 6}{MATRIX}"
     ),
     "GeoSLAM": made(f"{W} - n word", named="x y z qw qx qy qz - n"),
-    "positions alone by name": made(TUM, named="t x y z", holds="t_s x y z"),
+    "only positions by name": made(TUM, named="t x y z", holds="t_s x y z"),
 }
 
 
@@ -194,14 +194,12 @@ def test_euroc_has_w_first_where_nothing_names_it(write, recwarn):
 
 
 def test_kitti_has_no_stamps(write):
-    with pytest.raises(
-        FileError, match="has time stamps, which the kitti format has not; give tum"
-    ):
+    with pytest.raises(FileError, match="has time stamps, unlike the kitti format; give tum"):
         read_kitti(write(made(TUM)[0]))
 
 
 @pytest.mark.parametrize(
-    ("text", "form"),
+    ("text", "format_name"),
     [
         *[(made(columns)[0], "kitti") for columns in (MATRIX, f"{MATRIX} r41 r42 r43 r44")],
         *[(made(f"t_ns {W} -", ",")[0], "euroc"), (made(f"t_ns {W}", ",", EUROC)[0], "euroc")],
@@ -210,5 +208,5 @@ def test_kitti_has_no_stamps(write):
         *[("{", "nerf"), ("[\nx", "nerf"), ("\n {", "nerf")],
     ],
 )
-def test_the_format_of_a_text_is_recognised(write, text, form):
-    assert recognise(str(write(text))) == form
+def test_the_format_of_a_text_is_recognised(write, text, format_name):
+    assert recognise(str(write(text))) == format_name

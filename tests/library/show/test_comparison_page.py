@@ -22,7 +22,7 @@ def texts_of(html):
     """Return headings, paragraphs and notes of a page, with blanks for the ends of lines."""
     soup = BeautifulSoup(html, "html.parser")
     return {
-        name: [" ".join(one.get_text().split()) for one in soup.select(selector)]
+        name: [" ".join(tag.get_text().split()) for tag in soup.select(selector)]
         for name, selector in {
             "headings": "h2",
             "lead": "header p",
@@ -66,10 +66,10 @@ def test_it_has_the_tables_of_the_command(patterns, run, tmp_path, monkeypatch):
     for row in rows:
         assert set(row) <= set(page["cells"])
     assert "coverage" in page["cells"]
-    found = compare(*patterns[1:], format=patterns[0])
-    save_page(found, tmp_path / "again.html")
+    comparison = compare(*patterns[1:], format=patterns[0])
+    save_page(comparison, tmp_path / "again.html")
     again = (tmp_path / "again.html").read_text()
-    assert again == (tmp_path / "page.html").read_text() == page_of_comparison(found)
+    assert again == (tmp_path / "page.html").read_text() == page_of_comparison(comparison)
     assert str(tmp_path) not in again
 
 
@@ -80,20 +80,20 @@ def test_what_changed_stands_on_the_page(patterns, run, tmp_path):
 
 
 def test_errors_over_time_have_gaps_where_most_runs_are_lost(benchmark_of, tmp_path):
-    """It has no pose for 4 s, of which a second at each end is covered."""
+    """It has no pose for 4 s; a second at each end is covered."""
     _, *patterns = benchmark_of({"a": (0.01, 0.1, 1, 0.0)}, ["helix"], runs=2, n=120)
     for file in (tmp_path / "helix/a").iterdir():
         lines = file.read_text().splitlines()
         file.write_text("\n".join([*lines[:40], *lines[80:]]))
-    found = compare(*(str(tmp_path / own) for own in patterns))
-    (shade,) = [one for one in figures_of_comparison(found)["errors"].data if one.fill]
+    comparison = compare(*(str(tmp_path / pattern) for pattern in patterns))
+    (shade,) = [trace for trace in figures_of_comparison(comparison)["errors"].data if trace.fill]
     assert np.nanmin(shade.x) == pytest.approx(5, abs=0.3)
     assert np.nanmax(shade.x) == pytest.approx(7, abs=0.3)
 
 
 @pytest.fixture
 def tested():
-    """Three systems with hostile names over a table of their own, one of which is ahead."""
+    """Three systems with hostile names in one table; one is ahead."""
     rng = np.random.default_rng(0)
     rows = [
         {
@@ -123,7 +123,7 @@ def test_differences_have_intervals_where_they_are_significant(tested):
     drawn = [line.get_xdata()[0] for line in axes.get_lines() if line.get_marker() == "o"]
     np.testing.assert_allclose(drawn, [*ahead.x, *others.x])
     for options in ({"kind": "errors"}, {"plot_mode": "xy"}):
-        with pytest.raises(ValueError, match="are of estimates"):
+        with pytest.raises(ValueError, match="apply only to estimates"):
             plot(tested, **options)
 
 
@@ -139,8 +139,8 @@ def test_in_a_browser_it_answers_and_names_are_text(opened, tested):
     # No label lies across the line at zero: they end before the axes begin.
     box = differences.locator(".nsewdrag").first.bounding_box()
     for label in differences.locator(".ytick").all():
-        own = label.bounding_box()
-        assert own["x"] + own["width"] <= box["x"] + 1
+        label_box = label.bounding_box()
+        assert label_box["x"] + label_box["width"] <= box["x"] + 1
     # A click on a name hides its runs, their mean, and those that failed.
     visible = "plot => plot._fullData.filter(t => t.legendgroup == '0').map(t => t.visible)"
     assert set(runs.evaluate(visible)) == {True}

@@ -39,12 +39,12 @@ def saved(run, tmp_path):
 
 @pytest.fixture
 def estimates(tmp_path, examples):
-    """Two estimates: one that is far off at once, and one of which the second half is lost."""
+    """Two estimates: one with an outlier, and one without its second half."""
     lines = (examples / TUM[2]).read_text().splitlines()
     rows = [line.split() for line in lines if not line.startswith("#")]
     rows[5][1] = "1e9"
-    for name, kept in (("far.txt", rows), ("half.txt", rows[:20])):
-        (tmp_path / name).write_text("\n".join(map(" ".join, kept)))
+    for name, content in (("far.txt", rows), ("half.txt", rows[:20])):
+        (tmp_path / name).write_text("\n".join(map(" ".join, content)))
     return tmp_path / "far.txt", tmp_path / "half.txt"
 
 
@@ -111,7 +111,9 @@ def test_profiles_align_anew_at_each_largest_threshold(examples):
     evaluation = evaluate(*(examples / name for name in TUM[1:]))
     figure = figures([evaluation])["profiles"]
     poses = evaluation.matches.gt_poses, evaluation.matches.est_poses
-    profile = tas_profile(*(own[:, :3, 3] for own in poses), np.array(figure.data[0].x))
+    profile = tas_profile(
+        *(trajectory[:, :3, 3] for trajectory in poses), np.array(figure.data[0].x)
+    )
     np.testing.assert_allclose(figure.data[0].y, profile.scores, atol=1e-12)
 
 
@@ -120,9 +122,9 @@ def test_positions_alone_have_no_charts_of_rotations(examples, tmp_path):
 
     path = tmp_path / "positions.txt"
     np.savetxt(path, np.loadtxt(examples / "tum/estimate.txt")[:, :4], "%.6f")
-    alone = evaluate(examples / TUM[1], path)
+    single = evaluate(examples / TUM[1], path)
     both = evaluate(examples / TUM[1], examples / TUM[2])
-    for scored, n in (([alone], 1), ([both], 2), ([alone, both], 2)):
+    for scored, n in (([single], 1), ([both], 2), ([single, both], 2)):
         drawn = figures(scored)
         assert len([*drawn["profiles"].select_xaxes()]) == n
         assert len([*drawn["errors"].select_xaxes()]) == 2 * n
@@ -140,8 +142,8 @@ HOSTILE = [
 @pytest.mark.timeout(300)
 def test_names_are_text(opened, examples, tmp_path):
     evaluation = evaluate(*(examples / name for name in FILES["nerf"]))
-    named = [dataclasses.replace(evaluation, name=name) for name in HOSTILE]
-    save_page(named, tmp_path / "page.html")
+    evaluations = [dataclasses.replace(evaluation, name=name) for name in HOSTILE]
+    save_page(evaluations, tmp_path / "page.html")
     page = opened((tmp_path / "page.html").read_text("utf-8"))
     plain = [name.encode("unicode_escape").decode().replace("\\\\", "\\") for name in HOSTILE]
     shown = page.evaluate(READ)

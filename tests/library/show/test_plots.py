@@ -87,7 +87,7 @@ def test_the_trajectory_is_coloured_by_the_error_in_the_reference_s_unit(evaluat
 
 
 def test_outliers_of_several_estimates_are_crosses_also_single_ones(evaluation):
-    """Of long stretches some; the box is around the reference, and fills its place."""
+    """Some of a long stretch; the box is around the reference, and fills its axes."""
     axes = figure_of([evaluation, evaluation], "trajectory").axes[0]
     errors = evaluation.result.tas.errors
     far = np.isfinite(errors) & (errors >= evaluation.result.tas.thresholds[-1])
@@ -101,10 +101,10 @@ def test_outliers_of_several_estimates_are_crosses_also_single_ones(evaluation):
         assert ends[0] < reference[:, axis].min() < reference[:, axis].max() < ends[1]
 
 
-@pytest.mark.parametrize("form", ["tum", "kitti", "colmap"])
-def test_one_figure_has_every_kind(examples, form):
-    files = (examples / name for name in FILES[form])
-    figure = figure_of([evaluate(*files, format=form)])
+@pytest.mark.parametrize("format_name", ["tum", "kitti", "colmap"])
+def test_one_figure_has_all_drawings(examples, format_name):
+    files = (examples / name for name in FILES[format_name])
+    figure = figure_of([evaluate(*files, format=format_name)])
     assert len(figure.axes) == 2 + 2 + 2 + 6  # trajectory and its colours, scores, errors, poses
     figure.draw_without_rendering()
 
@@ -152,10 +152,10 @@ def test_angles_have_no_jumps_and_are_those_of_the_rotations():
     estimate = poses.copy()
     estimate[:, :3, :3] = (rotations * Rotation.from_euler("y", 2, degrees=True)).as_matrix()
     estimate[100:200] = np.nan
-    found = evaluate(
+    evaluation = evaluate(
         Trajectory(stamps, poses), Trajectory(stamps, estimate), format="tum", max_gap=0
     )
-    panels = axes_of(figure_of([found], "time"))
+    panels = axes_of(figure_of([evaluation], "time"))
     for name, angles in (("roll", -tilt), ("pitch", heading), ("yaw", tilt)):
         reference, drawn = (line.get_ydata() for line in panels[f"{name} [deg]"].get_lines()[:2])
         np.testing.assert_allclose(reference, angles, atol=1e-6)
@@ -164,11 +164,11 @@ def test_angles_have_no_jumps_and_are_those_of_the_rotations():
 
 def test_stretches_that_cost_most_stand_above_the_errors(evaluation):
     panels = axes_of(figure_of([evaluation], "errors"))
-    told = [text.get_text().strip() for text in panels["position error [m]"].texts]
+    labels = [text.get_text().strip() for text in panels["position error [m]"].texts]
     expected = [
-        f"{one.share:.0%} {one.cause}"
-        for one in evaluation.deficits
-        if one.score == "TAS" and one.start is not None
+        f"{deficit.share:.0%} {deficit.cause}"
+        for deficit in evaluation.deficits
+        if deficit.score == "TAS" and deficit.start is not None
     ]
-    assert told == expected
+    assert labels == expected
     assert len(expected) == 3

@@ -43,7 +43,7 @@ def test_a_recording_has_what_the_evaluation_has(command, tmp_path, lost):
     code, _, _ = command("tum", *lost, "--max_gap", 0, "--save_rrd", path)
     assert code == 0
     evaluation = evaluate(*lost, max_gap=0)
-    matches, found = evaluation.matches, evaluation.matches.est_rows >= 0
+    matches, matched = evaluation.matches, evaluation.matches.est_rows >= 0
     reference = evaluation.reference.poses[matches.expected_rows]
     seconds = evaluation.reference.keys[matches.expected_rows] - evaluation.reference.keys[0]
     entities = read(path)
@@ -51,7 +51,7 @@ def test_a_recording_has_what_the_evaluation_has(command, tmp_path, lost):
     camera, *_ = (value for name, value in shown.items() if name.endswith("/camera"))
 
     _, ends = column(camera, "Clear:is_recursive")
-    first_lost = ~found & np.roll(found, 1)
+    first_lost = ~matched & np.roll(matched, 1)
     assert set(np.round(seconds[first_lost], 6)) <= set(np.round(ends, 6))
     positions, times = column(camera, "Transform3D:translation")
     has_pose = np.isfinite(matches.est_poses).all(axis=(1, 2))
@@ -59,17 +59,17 @@ def test_a_recording_has_what_the_evaluation_has(command, tmp_path, lost):
     np.testing.assert_allclose(
         positions + reference[0, :3, 3], evaluation.positions[has_pose], atol=1e-6
     )
-    for kind, errors in (
+    for quantity, errors in (
         ("position_error", evaluation.result.tas.errors),
         ("rotation_error", evaluation.result.ras.errors),
     ):
-        (series,) = (value for name, value in shown.items() if name.endswith(kind))
+        (series,) = (value for name, value in shown.items() if name.endswith(quantity))
         values, times = column(series, "Scalars:scalars")
         np.testing.assert_allclose(values, errors[np.isfinite(errors)], rtol=1e-12)
         np.testing.assert_allclose(times, seconds[np.isfinite(errors)], atol=1e-6)
     (series,) = (value for name, value in shown.items() if name.endswith("/lost"))
     values, _ = column(series, "Scalars:scalars")
-    np.testing.assert_array_equal(values == 1, ~found)
+    np.testing.assert_array_equal(values == 1, ~matched)
     assert 0 < values.sum() < len(values)
     truth, _ = column(entities["/reference/camera"], "Transform3D:translation")
     np.testing.assert_allclose(truth + reference[0, :3, 3], reference[:, :3, 3], atol=1e-6)

@@ -110,8 +110,8 @@ def test_pairs_of_cameras_that_were_not_estimated_fail(scene, value, column):
 
 
 @pytest.mark.parametrize("fold_sign", [False, True])
-def test_pooled_angles_count_each_by_itself(scene, fold_sign):
-    """A camera that stands where another one does takes the direction from their pair alone."""
+def test_pooled_angles_count_separately(scene, fold_sign):
+    """Where two cameras coincide, only the direction of their pair is missing."""
     gt, est = scene(12, 0, 0.05, 3.0, 0)
     est[1, :3, 3] = est[0, :3, 3]
     errors = pair_errors(gt, est, fold_sign=fold_sign)

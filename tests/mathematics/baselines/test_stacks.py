@@ -1,4 +1,4 @@
-"""Scenes in one array have the values of each scene alone, bit for bit."""
+"""Scenes in one array have the values of single scenes, bit for bit."""
 
 import numpy as np
 import pytest
@@ -34,9 +34,9 @@ def test_stacks(stacks, metric, columns):
     together = metric(gt, est)
     assert together.shape == (2, 3)
     for scene in np.ndindex(2, 3):
-        alone = metric(gt[scene], est[scene])
-        assert type(alone) is float
-        assert together[scene] == alone
+        expected = metric(gt[scene], est[scene])
+        assert type(expected) is float
+        assert together[scene] == expected
     broken = est.copy()
     broken[1, 2, 5, 0] = np.nan
     if metric is not maa:

@@ -10,8 +10,8 @@ NAMES = [entry.example or entry.name for entry in METRICS]
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_name_is_found_in_any_case(name):
-    for asked in (name, name.lower(), f" {name.upper()} "):
-        assert metric(asked).name == name
+    for spelling in (name, name.lower(), f" {name.upper()} "):
+        assert metric(spelling).name == name
     assert metric(name).worst == (0 if metric(name).larger_is_better else np.inf)
     assert metric(name).sign == (1 if metric(name).larger_is_better else -1)
 

@@ -1,4 +1,4 @@
-"""What holds for metrics by name: frames, missing cameras, bounds, hostile input, memory."""
+"""Properties of metrics by name: frames, missing cameras, bounds, hostile input, memory."""
 
 import tracemalloc
 

@@ -28,7 +28,7 @@ from alignscores.metrics import (
 
 ROOT = Path(__file__).resolve().parents[3]
 SHARED = ROOT.parent / "shared"
-OWN = ROOT / "tests" / "data" / "protocols.json"
+SYNTHETIC = ROOT / "tests" / "data" / "protocols.json"
 
 CASES = """
     clean_same_world noise_same_world noise_sim3_world outliers10_sim3 outliers30_missing_sim3
@@ -51,8 +51,8 @@ RPE_PAIRS = {
 
 
 @cache
-def own_cases():
-    values = json.loads(OWN.read_text())
+def synthetic_cases():
+    values = json.loads(SYNTHETIC.read_text())
     return {
         name: {
             key: value if isinstance(value, str) else np.array(value, dtype=float)
@@ -81,8 +81,8 @@ def shared_cases():
 @pytest.fixture(params=CASES)
 def case(request):
     name = request.param
-    if name in own_cases():
-        return name, own_cases()[name]
+    if name in synthetic_cases():
+        return name, synthetic_cases()[name]
     if not (SHARED / "reference" / "protocols.npz").exists():
         pytest.skip("no shared reference values")
     return name, shared_cases()[name]

@@ -9,7 +9,7 @@ import pytest
 
 from alignscores.metrics import metric, video_error
 
-from .test_reference_values import SHARED, own_cases, shared_cases
+from .test_reference_values import SHARED, shared_cases, synthetic_cases
 
 # RotErr, TransErr, CamMC, and the latter two with the scale of the truth.
 CAMI2V = {
@@ -23,8 +23,8 @@ CAMI2V = {
 
 
 def poses_of(name):
-    if name in own_cases():
-        case = own_cases()[name]
+    if name in synthetic_cases():
+        case = synthetic_cases()[name]
     elif (SHARED / "reference" / "protocols.npz").exists():
         case = shared_cases()[name]
     else:

@@ -141,7 +141,7 @@ def test_sanitizers_find_nothing(tmp_path):
 
 @pytest.mark.slow
 def test_memory_is_freed():
-    """Of 10,000 calls, and of searches at several thresholds."""
+    """After 10,000 calls, and after searches at several thresholds."""
     code = """
 import resource
 import numpy as np

@@ -12,7 +12,7 @@ from alignscores.registration import pcr99
 # --- the definition -------------------------------------------------------------------------------
 
 
-KINDS = ["cube", "axis", "oblique line", "plane", "helix", "clusters", "straight then bend"]
+SHAPES = ["cube", "axis", "oblique line", "plane", "helix", "clusters", "straight then bend"]
 SEARCHES = [  # cameras, hypotheses, prescreening; all triplets where no more exist, then no numbers
     (7, 1000, 0.1),
     (7, 35, math.inf),
@@ -24,12 +24,12 @@ SEARCHES = [  # cameras, hypotheses, prescreening; all triplets where no more ex
 ]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize(("n", "n_hypotheses", "prescreen"), SEARCHES)
-def test_definition(cloud, kind, n, n_hypotheses, prescreen):
+def test_definition(cloud, shape, n, n_hypotheses, prescreen):
     """The same triplets from the same seed, never with coincident cameras; the same choice."""
     for seed in range(3):
-        gt = cloud(kind, n, seed)
+        gt = cloud(shape, n, seed)
         gt -= np.median(gt, axis=0)
         noise = np.random.default_rng(seed)
         est = 2.5 * Rotation.random(rng=noise).apply(gt + noise.normal(0, 0.01, gt.shape))
@@ -59,18 +59,18 @@ DIFFICULT = {
 }
 
 
-@pytest.mark.parametrize("kind", DIFFICULT)
+@pytest.mark.parametrize("difficulty", DIFFICULT)
 @pytest.mark.parametrize(("n", "straight"), [(60, False), (60, True), (700, False)])
-def test_single_precision_rejects_no_cheaper_hypothesis(noisy_scene, kind, n, straight):
+def test_single_precision_rejects_no_cheaper_hypothesis(noisy_scene, difficulty, n, straight):
     """The cost of the choice is the lowest, whatever the numbers."""
-    sigma, reach, offset, unit = DIFFICULT[kind]
+    sigma, reach, offset, unit = DIFFICULT[difficulty]
     gt, est = noisy_scene(n, n // 3, sigma, 5)
     if straight:
         gt[: n // 2, 1:], est[: n // 2, 1:] = 0, 0
-    if kind == "far, in both worlds":
+    if difficulty == "far, in both worlds":
         gt[:: n // 10] *= reach
     est[:: n // 10] *= reach
-    if kind == "of two scales":
+    if difficulty == "of two scales":
         est[::5] = reach * gt[::5]
     gt, est, rank = unit * gt + offset, unit * est + offset, n // 10
     fitted, _ = pcr99(gt, est, rank=rank, n_hypotheses=1000, rng=rng())
@@ -157,11 +157,11 @@ def test_collinear_triplet(gt_direction, est_direction):
 # --- random numbers and memory --------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", [np.random.PCG64, np.random.MT19937, np.random.Philox])
-def test_a_generator_goes_on(noisy_scene, kind):
-    """Of whatever kind it is: its state decides, and the next call gets other numbers."""
+@pytest.mark.parametrize("bit_generator", [np.random.PCG64, np.random.MT19937, np.random.Philox])
+def test_a_generator_goes_on(noisy_scene, bit_generator):
+    """The state of any bit generator decides, and the next call gets other numbers."""
     gt, est = noisy_scene(50, 10, 0.03, 0)
-    a, b = (np.random.Generator(kind(1)) for _ in range(2))
+    a, b = (np.random.Generator(bit_generator(1)) for _ in range(2))
     first, second = (tas(gt, est, rng=a).score for _ in range(2))
     assert first == tas(gt, est, rng=b).score != second
 

@@ -60,7 +60,7 @@ def objective(x, gt, est, threshold):
 
 
 def lowest_cost_near(start, gt, est, threshold):
-    """Where a general minimiser gets to."""
+    """Return the cost that a general minimiser reaches."""
     x = parameters(start)
     for _ in range(2):
         simplex = x + 0.01 * threshold * np.vstack([np.zeros(7), np.eye(7)])
@@ -197,10 +197,10 @@ REPEATED = {
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("kind", REPEATED)
-def test_difficult_scenes_repeat(kind, seed):
+@pytest.mark.parametrize("difficulty", REPEATED)
+def test_difficult_scenes_repeat(difficulty, seed):
     """The largest score may shrink the estimate to a dense cluster; each seed must find it so."""
-    gt, est = REPEATED[kind](seed)
+    gt, est = REPEATED[difficulty](seed)
     scores = [refined(gt, est, rng=rng).score for rng in range(6)]
     thorough = refined(gt, est, n_hypotheses=20_000).score
     assert np.std(scores, ddof=1) < 0.001

@@ -1,7 +1,7 @@
 """The kernel in WebAssembly, compiled by Zig: loaded by Pyodide in Node, next to the native build.
 
 Pyodide is `npm install pyodide`, found as Node finds packages (NODE_PATH, the global ones).
-Its NumPy comes from the network: here the kernel's doors are called by ctypes alone.
+Its NumPy comes from the network: here the kernel's doors are called only by ctypes.
 """
 
 import json
@@ -91,8 +91,8 @@ def node():
     root = subprocess.run([npm, "root", "-g"], capture_output=True, text=True, check=True).stdout
     paths = [os.environ.get("NODE_PATH", ""), root.strip()]
     env = {**os.environ, "NODE_PATH": os.pathsep.join(filter(None, paths))}
-    asked = [command, "-e", "require.resolve('pyodide/pyodide.mjs')"]
-    if subprocess.run(asked, env=env, capture_output=True, check=False).returncode:
+    arguments = [command, "-e", "require.resolve('pyodide/pyodide.mjs')"]
+    if subprocess.run(arguments, env=env, capture_output=True, check=False).returncode:
         pytest.skip("Node has no package pyodide")
     return command, env
 

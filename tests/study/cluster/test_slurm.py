@@ -19,9 +19,9 @@ pytestmark = [
 
 def test_replicates_are_jobs_with_stated_needs_and_the_bytes_of_a_serial_run(tmp_path):
     def snakemake(profile, *options):
-        places = ["--snakefile", str(ROOT / "Snakefile"), "--profile", str(ROOT / profile)]
+        paths = ["--snakefile", str(ROOT / "Snakefile"), "--profile", str(ROOT / profile)]
         config = ["--config", f"replicates={REPLICATES}", "trials=2", *options]
-        return [sys.executable, "-m", "snakemake", "claims", *places, *config]
+        return [sys.executable, "-m", "snakemake", "claims", *paths, *config]
 
     submitted = [
         *snakemake("profiles/slurm", "results_dir=out"),
@@ -40,9 +40,9 @@ def test_replicates_are_jobs_with_stated_needs_and_the_bytes_of_a_serial_run(tmp
 
     lines = (tmp_path / "jobs.txt").read_text().splitlines()
     jobs = [dict(pair.partition("=")[::2] for pair in line.split()) for line in lines]
-    wanted = {"NumCPUs": "1", "MinMemoryNode": "902M", "TimeLimit": "00:11:00"}
-    wanted |= {"JobState": "COMPLETED", "WorkDir": str(tmp_path)}
-    assert [{key: job[key] for key in wanted} for job in jobs] == [wanted] * REPLICATES
+    expected = {"NumCPUs": "1", "MinMemoryNode": "902M", "TimeLimit": "00:11:00"}
+    expected |= {"JobState": "COMPLETED", "WorkDir": str(tmp_path)}
+    assert [{key: job[key] for key in expected} for job in jobs] == [expected] * REPLICATES
 
     serial = snakemake("profiles/default", "results_dir=serial", "n_jobs=1")
     subprocess.run(serial, cwd=tmp_path, check=True, capture_output=True)

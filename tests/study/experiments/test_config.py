@@ -19,7 +19,7 @@ def test_the_outlier_experiment_has_the_values_of_the_paper():
 @pytest.mark.parametrize(
     ("override", "problem"),
     [
-        ("trails=5", "cannot read experiment=outliers trails=5: Could not override 'trails'"),
+        ("trails=5", "cannot read experiment=outliers trails=5: Could not override 'trails'; did"),
         ("trials", "cannot read experiment=outliers trials: Error parsing override 'trials'; run:"),
         ("experiment=oultiers", "experiment"),
         ("trials=five", "'trials': should be a valid integer, not 'five'"),

@@ -57,8 +57,8 @@ def test_scores_are_counts_of_the_same_errors(scene, threshold, count):
     assert score == pytest.approx(staircase(rotations.errors, 10 * threshold, count), abs=1e-12)
 
 
-def test_scenes_in_one_batch_have_the_values_of_scenes_alone(small):
-    """Of several sizes, in no order, with missing cameras and with coinciding ones."""
+def test_scenes_in_one_batch_have_the_values_of_single_scenes(small):
+    """Scenes of several sizes, in no order, with missing cameras and with coinciding ones."""
     scenes = []
     for seed, n, lost in ((0, 30, 0), (1, 12, 0), (2, 30, 5), (3, 25, 0), (4, 30, 0), (5, 12, 3)):
         cell = Cell(n, lost, 0.0 if seed == 4 else 0.05, 4.0)
@@ -69,11 +69,11 @@ def test_scenes_in_one_batch_have_the_values_of_scenes_alone(small):
     seeds = [np.random.SeedSequence(0, spawn_key=(scene,)) for scene in range(len(scenes))]
     together = evaluate_scenes(scenes, seeds, metrics)
     for index, scene in enumerate(scenes):
-        alone = evaluate(scene, metrics, seeds[index])
-        assert {metric: values[index] for metric, values in together.items()} == alone
+        single = evaluate(scene, metrics, seeds[index])
+        assert {metric: values[index] for metric, values in together.items()} == single
 
 
-def test_options_of_the_sweep_are_those_of_columns_without_their_own(small, scene):
+def test_options_of_the_sweep_hold_for_columns_without_options(small, scene):
     sweep = small(
         "tas.max_threshold=2", "ras.max_threshold_deg=5", "pas.weight=0.3", "d.interpolated=true"
     )

@@ -24,13 +24,13 @@ def run():
     """Run an experiment, once for all tests: ``run("outliers", "sigma_t=[0.05]")``."""
 
     @cache
-    def run_few(experiment, *overrides):
+    def run_three_trials(experiment, *overrides):
         settings = [f"experiment={experiment}", "trials=3", *overrides]
         sweep = load_sweep(settings)
         path = Path("results", "trials", f"{experiment}.csv")
         return Trials(path, run_sweeps([sweep]), Record((sweep,), {}))
 
-    return run_few
+    return run_three_trials
 
 
 @pytest.fixture(scope="session")
@@ -38,9 +38,9 @@ def draw(run):
     """Draw a figure of the paper from such trials."""
 
     @cache
-    def draw_few(name, *overrides):
+    def draw_three_trials(name, *overrides):
         function, experiments = FIGURES[name]
         trials = [run(experiment, *overrides) for experiment in experiments]
         return function(*(entry.sweep if name == "histogram" else entry.table for entry in trials))
 
-    return draw_few
+    return draw_three_trials

@@ -158,7 +158,7 @@ def test_other_metrics_are_drawn_and_missing_values_are_counted(run):
     assert low < 0
 
 
-def test_many_values_have_a_tick_each_only_where_there_is_room(run):
+def test_many_values_have_a_tick_each_only_where_labels_fit(run):
     trials = run("outliers").table
     fine = trials.assign(sigma_t=trials["sigma_t"] / 799)
     (axes,) = draw_trials(fine, ["TAS"]).axes

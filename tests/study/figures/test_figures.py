@@ -1,4 +1,4 @@
-"""What holds for every figure of the paper."""
+"""Properties of every figure of the paper."""
 
 import numpy as np
 import pytest

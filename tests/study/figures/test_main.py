@@ -48,9 +48,9 @@ def test_all_figures_of_the_paper_are_drawn_from_a_folder(run, tmp_path, capsys)
     assert main(["paper", str(trials), "--output", str(figures)]) == 0
     expected = {figures / f"{name}.{end}" for name in paper.FIGURES for end in ("pdf", "png")}
     assert set(figures.iterdir()) == expected
-    alone = tmp_path / "combined.png"
-    assert main(["combined", str(trials / "combined.csv"), "--output", str(alone)]) == 0
-    assert alone.read_bytes() == (figures / "combined.png").read_bytes()
+    path = tmp_path / "combined.png"
+    assert main(["combined", str(trials / "combined.csv"), "--output", str(path)]) == 0
+    assert path.read_bytes() == (figures / "combined.png").read_bytes()
     capsys.readouterr()
 
 
@@ -63,9 +63,9 @@ def test_any_table_is_drawn_next_to_it_and_nothing_is_replaced(table, tmp_path, 
     assert main([str(copied)]) == 1
     assert "own.png exists, and is not replaced; name a file" in capsys.readouterr().err
     assert (copied.read_bytes(), (tmp_path / "own.png").read_bytes()) == before
-    named = tmp_path / "other.pdf"
-    assert main([str(copied), "--output", str(named)]) == 0
-    assert named.exists()
+    path = tmp_path / "other.pdf"
+    assert main([str(copied), "--output", str(path)]) == 0
+    assert path.exists()
     capsys.readouterr()
 
 

@@ -144,7 +144,7 @@ def test_order_is_the_smallest_over_the_other_setting_and_knows_the_direction(ma
     turned = judge(made_up, sweep)
     assert turned["noise_order"]["TAS"] < 10
     assert turned["verdict"]["TAS"] == "orders nothing"
-    # One cell row of the grid in which it is blind is enough.
+    # One cell row of the grid without a response is enough.
     made_up["TAS"] = tas
     blind = made_up["n_outliers"] == 50
     made_up.loc[blind, "TAS"] = 0.3

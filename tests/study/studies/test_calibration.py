@@ -33,9 +33,9 @@ def test_the_gate_has_the_p_value_of_the_system_that_is_worst():
     index = pd.MultiIndex.from_product(
         [["a", "b"], ["s", "t"], list("01234")], names=["system", "sequence", "run"]
     )
-    tables = [pd.Series(own.ravel(), index, name="PAS").reset_index() for own in (saved, now)]
-    before, found = (compare(table) for table in tables)
+    tables = [pd.Series(runs.ravel(), index, name="PAS").reset_index() for runs in (saved, now)]
+    before, after = (compare(table) for table in tables)
     systems = zip(now, saved, strict=True)
-    p = [tails([(a[None], b[None]) for a, b in zip(*own, strict=True)])[1] for own in systems]
-    changed = changes(found, "saved.csv", before.runs)
+    p = [tails([(a[None], b[None]) for a, b in zip(*system, strict=True)])[1] for system in systems]
+    changed = changes(after, "saved.csv", before.runs)
     assert changed.systems["p_worse"].min() == pytest.approx(2 * np.min(p), abs=0.01)

@@ -17,11 +17,11 @@ def trials(**columns):
 
 def test_range_change_goes_from_some_cells_to_others():
     table = trials(sigma_t=[1, 1, 2, 2], PAS=[0.2, 0.8, 0.4, 0.7])
-    there, back = ({"sigma_t": [1]}, {"sigma_t": [2]}), ({"sigma_t": [2]}, {"sigma_t": [1]})
-    assert statistics.range_change(table, "PAS", *there) == pytest.approx(-50)
-    assert statistics.range_change(table, "PAS", *back) == pytest.approx(100)
-    assert statistics.range_change_size(table, "PAS", *there) == pytest.approx(50)
-    assert math.isnan(statistics.range_change(table.assign(PAS=1), "PAS", *there))
+    up, down = ({"sigma_t": [1]}, {"sigma_t": [2]}), ({"sigma_t": [2]}, {"sigma_t": [1]})
+    assert statistics.range_change(table, "PAS", *up) == pytest.approx(-50)
+    assert statistics.range_change(table, "PAS", *down) == pytest.approx(100)
+    assert statistics.range_change_size(table, "PAS", *up) == pytest.approx(50)
+    assert math.isnan(statistics.range_change(table.assign(PAS=1), "PAS", *up))
 
 
 def test_power_is_taken_where_all_other_settings_are_the_same():
@@ -41,8 +41,8 @@ def test_power_takes_the_smallest_the_largest_or_the_mean(take, value, of_both):
     assert statistics.power(table, "ATE", ["sigma_t"], take) == pytest.approx(value)
     both = statistics.powers(table, "ATE", ["sigma_t", "n_outliers"])
     assert both == pytest.approx([1, 0, -1, -1])
-    turned = statistics.improvement(table, "ATE", ["sigma_t", "n_outliers"], take)
-    assert turned == pytest.approx({"smallest": -1, "largest": 1, "mean": 0.25}[take])
+    improvement = statistics.improvement(table, "ATE", ["sigma_t", "n_outliers"], take)
+    assert improvement == pytest.approx({"smallest": -1, "largest": 1, "mean": 0.25}[take])
     result = statistics.power(table, "ATE", ["sigma_t", "n_outliers"], take)
     assert result == pytest.approx(np.mean(both) if take == "mean" else of_both)
 
@@ -79,7 +79,7 @@ def test_correlation_is_zero_where_nothing_varies():
     assert statistics.correlation(values, values) == pytest.approx(1)
 
 
-def test_a_value_that_is_missing_is_not_taken_for_no_correlation():
+def test_a_missing_value_does_not_count_as_no_correlation():
     values = pd.Series([1.0, np.nan, 3.0])
     assert math.isnan(statistics.correlation(values, pd.Series([1.0, 2.0, 3.0])))
     table = trials(n_outliers=[0, 0, 1, 1], sigma_t=[1, 2, 1, 2], ATE=[1, 2, np.nan, 5])

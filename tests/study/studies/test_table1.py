@@ -46,7 +46,7 @@ def table_of(make_up, **spoiled):
 
 @pytest.fixture(scope="module")
 def table(make_up):
-    """Of metrics that get worse with noise everywhere."""
+    """The table of metrics that get worse with noise everywhere."""
     return table_of(make_up)
 
 
@@ -61,7 +61,7 @@ def test_metrics_that_get_worse_with_noise_pass(table):
     [(0, "yes", "no"), (1, "no", "yes"), (10, "no", "yes"), (50, "yes", "yes")],
 )
 def test_one_number_of_outliers_is_enough_to_fail(make_up, n_outliers, with_outliers, on_a_line):
-    """All from one to ten count against outliers, none alone on a line, more nowhere."""
+    """One to ten count against outliers, on a line only zero, and more nowhere."""
     table = table_of(make_up, blind=lambda metric, cell: cell.n_outliers == n_outliers)
     for metric in PAPER:
         assert table.loc[(metric, OUTLIER), "ours"] == with_outliers
@@ -94,7 +94,7 @@ def test_the_ate_alone_needs_metric_scale(table):
 @pytest.mark.parametrize(
     ("name", "change", "problem"),
     [
-        ("outliers", {"sigma_t": [0.05]}, "has one noise level"),
+        ("outliers", {"sigma_t": [0.05]}, "has only one noise level"),
         ("outliers", {"n_outliers": [0, 50]}, "has no trials with 1 to 10% outliers"),
         ("collinear", {"n_outliers": [1, 50]}, "has no trials without outliers"),
         ("trajectory_length", {"n_cameras": [50]}, "has one number of cameras"),

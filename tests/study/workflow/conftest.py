@@ -16,7 +16,7 @@ SNAKEFILE = ROOT / "Snakefile"
 
 @dataclass(frozen=True)
 class Done:
-    """What a call of Snakemake has said and, where it was a dry run, what it would do."""
+    """Output of a call of Snakemake and, after a dry run, its plan."""
 
     returncode: int | None
     text: str

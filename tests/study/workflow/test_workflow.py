@@ -276,7 +276,7 @@ print(*filter(None, files), sep="\\n")
         assert ("alignscores", other) not in parts
 
 
-OWN = """\
+USER_STUDY = """\
 settings: {trials: 2, n_cameras: [20], n_outliers: [0, 4], sigma_t: [0, 0.1], sigma_r_deg: [1, 5]}
 scenarios:
   circle: {geometry: orbit}
@@ -287,7 +287,7 @@ scenarios:
 @pytest.mark.slow
 def test_a_study_of_ones_own_runs_and_reruns_what_changed(snakemake, tmp_path):
     file = tmp_path / "mine.yaml"
-    file.write_text(OWN)
+    file.write_text(USER_STUDY)
     arguments = ["--config", "scenarios=mine.yaml", "n_jobs=1"]
     done = snakemake("beyond", *arguments)
     assert done.returncode == 0, done.text
@@ -296,7 +296,7 @@ def test_a_study_of_ones_own_runs_and_reruns_what_changed(snakemake, tmp_path):
     assert table.count("\ncircle,orbit,gaussian,uniform,10.0,") == 11  # metrics
     assert table.count("\nwrong_merge,orbit,gaussian,cluster,10.0,") == 11
 
-    file.write_text(OWN.replace("outliers: cluster", "outliers: frozen"))
+    file.write_text(USER_STUDY.replace("outliers: cluster", "outliers: frozen"))
     done = snakemake("beyond", "--dry-run", *arguments)
     assert done.planned == {"study_trials": 1, "scenarios": 1, "study_figure": 1, "beyond": 1}
     assert "output: results/trials/beyond_mine/wrong_merge.csv" in done.text
