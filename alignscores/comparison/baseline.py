@@ -14,7 +14,7 @@ from ..io import FileError
 from ..texts import first_few, printable
 from .comparison import Comparison, finite, read_runs
 from .statistics import holm
-from .summary import checked, compared, completed, records, values_of
+from .summary import checked, compare_systems, completed, records, values_of
 from .tables import TEXT, TableStyle, number
 from .verdict import difference_text, p_text
 
@@ -103,7 +103,7 @@ def changes(
         {"system": system, **row}
         for system in comparison.runs["system"].unique()
         if system in before and system in after
-        if (row := compared(after[system], before[system], comparison.design))
+        if (row := compare_systems(after[system], before[system], comparison.design))
     ]
     whens = pd.DataFrame({when: both["when"].eq(when) for when in ("saved", "now")})
     counts = whens.groupby([both["system"], both["sequence"]], sort=False).sum()

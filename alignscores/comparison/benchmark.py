@@ -99,7 +99,7 @@ def from_patterns(
     with_runs = _with_runs(references, {key[0] for key in estimates}, sequences, problems)
     expected = expected or {}
     runs: list[Run] = []
-    for system in sorted({*systems, *(key[1] for key in estimates)}, key=_natural):
+    for system in sorted({*systems, *(key[1] for key in estimates)}, key=_natural_key):
         paths: dict[str, dict[str, str]] = {sequence: {} for sequence in with_runs}
         for (sequence, name, run), path in estimates.items():
             if name == system and sequence in with_runs:
@@ -168,7 +168,7 @@ def _with_runs(
             problems.append(f"sequence {sequence}: has no reference; left out")
         elif sequence not in tried:
             problems.append(f"sequence {sequence}: no system has a run on it; left out")
-    names = sorted((key for (key,) in references if key in tried), key=_natural)
+    names = sorted((key for (key,) in references if key in tried), key=_natural_key)
     return {name: references[name,] for name in names}
 
 
@@ -178,7 +178,7 @@ def _runs_of_system(
     """Return the runs of a system from its paths by sequence and run, also missing ones."""
     most_runs = max(paths.values(), key=len)
     number = expected or len(most_runs)
-    names = dict.fromkeys([*sorted(most_runs, key=_natural), *map(str, range(1, number + 1))])
+    names = dict.fromkeys([*sorted(most_runs, key=_natural_key), *map(str, range(1, number + 1))])
     runs = []
     for sequence, files in paths.items():
         if not files and expected is None and not expect_all:  # not tried, so not failed
@@ -186,12 +186,12 @@ def _runs_of_system(
         missing = [name for name in names if name not in files][: max(number - len(files), 0)]
         runs += [
             Run(sequence, system, name, files.get(name))
-            for name in sorted([*files, *missing], key=_natural)
+            for name in sorted([*files, *missing], key=_natural_key)
         ]
     return runs
 
 
-def _natural(name: str) -> list[tuple[int, str]]:
+def _natural_key(name: str) -> list[tuple[int, str]]:
     """Return a sort key under which run2 comes before run10."""
     return [
         (int(part), part) if part.isdecimal() else (0, part) for part in re.split(r"(\d+)", name)
@@ -205,12 +205,12 @@ def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
 
     try:
         content = _mapping(load_yaml(path), KEYS, "")
-        return _described(content, Path(path).parent, expect_all)
+        return _from_mapping(content, Path(path).parent, expect_all)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _described(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Benchmark:
+def _from_mapping(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Benchmark:
     """Return the benchmark that the content of a YAML file describes."""
     for key in ("reference", "estimate"):
         if not isinstance(value := content.get(key), str):

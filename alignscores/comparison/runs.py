@@ -149,11 +149,11 @@ def settings_text(settings: Settings) -> str:
 def score_run(task: Task) -> Result:
     """Score an estimate, or take the result of the same files and settings from the cache."""
     if task.cache is None:
-        return _scored(task)
+        return _score_estimate(task)
     file = _file_in_cache(task, task.cache)
-    if stored := _stored(file):
+    if stored := _read_stored(file):
         return stored
-    row, errors = _scored(task)
+    row, errors = _score_estimate(task)
     if errors:
         values = {
             name: value.tolist() if isinstance(value, np.ndarray) else value
@@ -167,7 +167,7 @@ def score_run(task: Task) -> Result:
     return row, errors
 
 
-def _scored(task: Task) -> Result:
+def _score_estimate(task: Task) -> Result:
     """Score an estimate; the row of a failed one says why."""
     file = str(task.run.file)
     try:
@@ -286,7 +286,7 @@ def _content_hash(path: str) -> str:
     return digest.hexdigest()
 
 
-def _stored(file: Path) -> Result | None:
+def _read_stored(file: Path) -> Result | None:
     """Return the result in a file of the cache, None where there is none."""
     try:
         stored = json.loads(read_bytes(file))

@@ -27,7 +27,14 @@ __all__ = [
     "common_sequences",
     "completed",
 ]
-__all__ += ["compared", "larger_is_better", "measured", "pairs_of", "records", "summarise"]
+__all__ += [
+    "compare_systems",
+    "larger_is_better",
+    "metric_columns",
+    "pairs_of",
+    "records",
+    "summarise",
+]
 __all__ += ["values_of"]
 
 Better = Literal["larger", "smaller"]
@@ -72,7 +79,7 @@ def checked(runs: pd.DataFrame, by: str) -> pd.DataFrame:
 
 def _with_values(runs: pd.DataFrame, by: str) -> pd.DataFrame:
     """Return a table of runs with numbers for metrics, and texts where it has no column."""
-    for name in (*measured(runs, by), "lost", "d"):
+    for name in (*metric_columns(runs, by), "lost", "d"):
         try:
             runs[name] = pd.to_numeric(runs[name]).astype(float) if name in runs else math.nan
         except (TypeError, ValueError):
@@ -94,7 +101,7 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
     return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
 
-def measured(runs: pd.DataFrame, by: str) -> list[str]:
+def metric_columns(runs: pd.DataFrame, by: str) -> list[str]:
     """Return the columns that are metrics: those that this package knows, and `by`."""
     return [str(name) for name in runs if name == by or _is_known(name)]
 
@@ -131,7 +138,7 @@ def completed(runs: pd.DataFrame, by: str, better: Better | None = None) -> pd.D
     scored = runs["status"] == "scored"
     system, sequence = runs["system"], runs["sequence"]
     none_scored = ~scored.groupby(system).transform("any")
-    for name in measured(runs, by):
+    for name in metric_columns(runs, by):
         is_known, larger = _is_known(name), larger_is_better(name, better if name == by else None)
         valued = scored & runs[name].notna()
         expected = valued.groupby(sequence).transform("any")
@@ -160,7 +167,7 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
     not fail, ``..._sd`` the standard deviation of the runs on a sequence (over all: the root mean
     square of these). Systems come in the order of their ranks, then of their means.
     """
-    names = measured(runs, by)
+    names = metric_columns(runs, by)
     keys = ["system", "sequence"]
     values = runs.set_index(keys)[list(dict.fromkeys([*names, "lost"]))]
     scored, finite = values[runs["status"].eq("scored").values], values.where(np.isfinite(values))
@@ -270,9 +277,9 @@ def pairs_of(
         rows = [
             {"a": a, "b": b, "sequence": sequence, "metric": by} | row
             for a, b in combinations(chosen, 2)
-            if (row := compared(chosen[a], chosen[b], design))
+            if (row := compare_systems(chosen[a], chosen[b], design))
         ]
-        compared_pairs.append(_adjusted(rows))
+        compared_pairs.append(_pair_table(rows))
     return pd.concat(compared_pairs, ignore_index=True)
 
 
@@ -290,7 +297,7 @@ def values_of(runs: pd.DataFrame, by: str, larger: bool) -> Values:
     }
 
 
-def compared(
+def compare_systems(
     a: Mapping[str, pd.DataFrame], b: Mapping[str, pd.DataFrame], design: Design
 ) -> dict[str, Any]:
     """Compare two systems on the sequences that both were run on; without any, return no row.
@@ -354,7 +361,7 @@ def _recurring_runs(
     return list(zip(first.to_numpy(float).T, second.to_numpy(float).T, strict=True))
 
 
-def _adjusted(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+def _pair_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """Return the pairs of a table with adjusted p-values, and who is ahead by them."""
     columns = ["a", "b", "sequence", "metric", "sequences", "wins", "mean_a", "mean_b"]
     columns += ["difference", "low", "high", "method", "runs_a", "runs_b", "test", "like_these"]

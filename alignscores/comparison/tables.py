@@ -19,7 +19,7 @@ from ..metrics import header
 from ..texts import text_table
 from .comparison import Comparison
 from .statistics import LEVEL
-from .summary import common_sequences, larger_is_better, measured, pairs_of, records
+from .summary import common_sequences, larger_is_better, metric_columns, pairs_of, records
 from .verdict import p_text
 
 __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "legend"]
@@ -71,10 +71,12 @@ def number(value: float) -> str:
     return f"{value:.4f}" if abs(value) < 10 else f"{value:.4g}"
 
 
-def _shown(comparison: Comparison) -> list[str]:
+def _metric_names(comparison: Comparison) -> list[str]:
     """Return the metrics of the table: the usual ones, those that were asked for, and `by`."""
     settings, means = comparison.settings, comparison.overall
-    requested = measured(comparison.runs, comparison.by) if settings is None else settings.metrics
+    requested = (
+        metric_columns(comparison.runs, comparison.by) if settings is None else settings.metrics
+    )
     return [
         name
         for name in dict.fromkeys([*METRICS, *requested, comparison.by])
@@ -116,7 +118,7 @@ def overall(comparison: Comparison, style: TableStyle = TEXT) -> pd.DataFrame:
     rows = []
     for row in records(comparison.overall):
         cells = {"system": style.escape(row["system"]), "rank": _rank(row)}
-        for name in _shown(comparison):
+        for name in _metric_names(comparison):
             text = _value(row, name)
             is_best = name == comparison.by and row["rank_best"] == row["rank_worst"] == 1
             cells[style.escape(_header(name, comparison))] = style.bold(text) if is_best else text
