@@ -24,7 +24,7 @@ from ..texts import alike, first_few, printable
 from ..version import __version__
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
 from .patterns import Pattern
-from .runs import SCORES, Errors, Task, forget_references, reference_of, score_runs
+from .runs import SCORES, Errors, Task, check_file, forget_references, reference_of, score_runs
 from .summary import (
     Better,
     Design,
@@ -342,6 +342,7 @@ def find_benchmark(
             options = benchmark.system_options.setdefault(run.system, {})
             with suppress(*FAILURES):  # which scoring reports
                 if run.file and "est_format" not in options:
+                    check_file(run.file)
                     est_columns = settings.columns_of_estimates
                     options["est_format"] = recognise(run.file, est_columns)
     return benchmark

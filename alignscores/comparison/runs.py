@@ -34,8 +34,8 @@ from .benchmark import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["SCORES", "SEPARATOR", "Errors", "Task", "forget_references", "reference_of"]
-__all__ += ["score_run", "score_runs"]
+__all__ = ["SCORES", "SEPARATOR", "Errors", "Task", "check_file", "forget_references"]
+__all__ += ["reference_of", "score_run", "score_runs"]
 
 SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
 SEPARATOR = " | "  # between the notes of a run

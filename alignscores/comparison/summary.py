@@ -120,10 +120,10 @@ def larger_is_better(name: str, better: Better | None = None) -> bool:
         raise ValueError(f"better must be larger or smaller, not {brief(better)}")
     if _is_known(name):
         if better and (better == "larger") != metric(name).larger_is_better:
-            raise ValueError(f"better: {name} is not better where it is {better}")
+            raise ValueError(f"better must not be {better} for {name}")
         return metric(name).larger_is_better
     if better is None:
-        raise ValueError(f"{name} is no known metric: better says whether larger or smaller is")
+        raise ValueError(f"unknown metric {name}: set better to larger or smaller")
     return better == "larger"
 
 

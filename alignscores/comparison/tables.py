@@ -253,7 +253,7 @@ def legend(comparison: Comparison) -> list[str]:
             f"(1-2): not significantly different (false discovery rate {100 * LEVEL:.0f} %)"
         )
     if (comparison.distinct["status"] != "scored").any():
-        marks.append("†1: a failed or missing run; errors are of the others")
+        marks.append("†1: one failed or missing run; errors are means over the other runs")
     return lines + (["; ".join(marks)] if marks else [])
 
 

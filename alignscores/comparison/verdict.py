@@ -21,7 +21,7 @@ def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFr
     scored = runs[runs["status"] == "scored"]
     if len(scored) and not scored[by].notna().any():
         if "TAS" in scored and scored["TAS"].notna().any():
-            return [f"no run has a {by}, which takes rotations; --by TAS compares by positions"]
+            return [f"no run has a {by}, which needs rotations; --by TAS compares by positions"]
         return [f"no run has a {by}"]
     order = overall["system"].tolist()
     pairs = pairs[pairs["sequence"].isna()]

@@ -179,7 +179,7 @@ def test_a_metric_of_the_user():
     again = compare(runs.drop(columns=["sequence", "run"]), by="seconds", better="smaller")
     assert again.pairs["p"].iloc[0] == comparison.pairs["p"].iloc[0]
     for bad, options, message in (
-        (runs, {"by": "seconds"}, "seconds is no known metric: better says whether larger"),
+        (runs, {"by": "seconds"}, "unknown metric seconds: set better to larger or smaller"),
         (runs, {"by": "minutes", "better": "smaller"}, "has no column 'minutes'"),
         (runs.drop(columns="system"), {"by": "seconds", "better": "smaller"}, "column 'system'"),
         (runs.assign(run=1), {"by": "seconds", "better": "smaller"}, "for the same run: s0/fast/1"),
@@ -220,7 +220,7 @@ def test_twelve_systems_on_two_sequences_fit_a_terminal(run, tmp_path):
 
 def test_without_rotations_the_verdict_says_by_what_to_compare(patterns, run):
     words = *patterns, "--ref_columns", "t x y z"
-    assert run(*words)[1].startswith("no run has a PAS, which takes rotations; --by TAS compares")
+    assert run(*words)[1].startswith("no run has a PAS, which needs rotations; --by TAS compares")
     assert run(*words, "--by", "TAS")[1].startswith("a_b is ahead of c")
 
 
