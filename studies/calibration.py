@@ -278,13 +278,13 @@ def main() -> None:
     show("Found, %: the first system is better by 1 sd", rows, sizes[:5])
     rows = {}
     for sequences in (2, 6, 11):
-        alike, wide = Case(sequences, shared=0.5), Case(sequences, shared=0.5, scale=10.0)
+        alike, wide = Case(sequences, shared=0.5), Case(sequences, shared=0.8, scale=10.0)
         shares = [significant_share(alike, draws)]
         for case in (alike, wide, replace(wide, runs=(5, 7))):
-            shares.append(significant_share(case, draws // 4, dependent=True))
+            shares.append(significant_share(case, draws // 2, dependent=True))
         rows[f"{sequences} sequences"] = shares
-    columns = ["independent", "dependent", "and 10 times as much", "and 5 against 7 runs"]
-    show("False alarms, %: runs of a name share half", rows, columns)
+    columns = ["independent", "dependent", "80 %, 10 times as much", "likewise, 5 against 7 runs"]
+    show("False alarms, %: runs of a name share half of the variance", rows, columns)
     n_tables = draws // 100
     rows = {
         "five equal, others 2 sd apart": many_systems([0] * 5 + [2, 4, 6, 8, 10], n_tables),

@@ -1,7 +1,7 @@
 """P(A beats B): how often a run of one system beats a run of another, and whether that is chance.
 
 Larger values are better; a failed run has -inf. `Runs` holds the values of two systems on each
-sequence that both have runs of.
+sequence where both have runs.
 """
 
 import math
@@ -23,8 +23,8 @@ __all__ += ["studentised", "win_probability"]
 
 LEVEL = 0.05  # significance
 N_PERMUTATIONS = 9_999
-MIN_RUNS = 5  # of each system, over all sequences, that are tested
-MIN_SEQUENCES = 6  # from which signed ranks can be significant
+MIN_RUNS = 5  # of each system over all sequences; fewer are not tested
+MIN_SEQUENCES = 6  # with fewer no signed ranks are significant
 
 Runs = Sequence[tuple[Floats, Floats]]
 
