@@ -180,6 +180,10 @@ def test_paired_runs_are_tested_by_signed_ranks_of_pairs():
     hard, gains = rng.normal(0, 10, (2, 5)), rng.normal(0.8, 0.3, (2, 5))
     runs = list(zip(hard + gains, hard, strict=True))
     assert paired_test(runs).p == pytest.approx(stats.wilcoxon(gains.ravel()).pvalue)
+    many = rng.normal(0.4, 1, 40)  # of more than 13 pairs only some signs are permuted
+    found = paired_test([(many, np.zeros(40))])
+    assert found.p == pytest.approx(stats.wilcoxon(many).pvalue, abs=0.01)
+    assert found == paired_test([(many, np.zeros(40))])
     assert permutation_test(runs).p > 0.3
     assert difference(runs, paired=True).low > 0 > difference(runs).low
 

@@ -142,8 +142,8 @@ def test_means_are_over_the_sequences_that_all_systems_have():
     assert overall.loc["a", "PAS_all"] == pytest.approx(np.mean(GOOD) - 0.19)
     assert comparison.verdict[-2:] == [
         "b has no run on 1 of 2 sequences (s1).",
-        "Means are over the only sequence that all systems have (s0), PAS (all) is over all that a "
-        "system has; --expect_all counts the missing ones as failed.",
+        "Means are over the only sequence that all systems have (s0), PAS (all) is over all "
+        "sequences of a system; --expect_all counts the missing ones as failed.",
     ]
     text = verdict_of({"a": {"s0": GOOD}, "b": {"s1": GOOD}})
     assert "No sequence has runs of all systems" in text
