@@ -61,7 +61,7 @@ EVERYDAY = {
 }
 FILES = (
     "patterns of the references and of the estimates, with {sequence}, {system} and {run}; or one "
-    "YAML file; or one CSV file with a row a run: system, sequence, run and any metric"
+    "YAML file; or one CSV file with a row for each run: system, sequence, run and any metric"
 )
 FAIL_ON = (
     "exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; with --baseline "

@@ -121,7 +121,7 @@ def _find_files(
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
     if "system" not in est_pattern.fields:
         raise ValueError(
-            "the pattern of the estimates needs {system} in place of their names, as in "
+            "the pattern of the estimates needs {system} in place of the systems' names, as in "
             f"'runs/{{system}}.txt', not {estimate}"
         )
     if ("sequence" in ref_pattern.fields) != ("sequence" in est_pattern.fields):
@@ -259,5 +259,5 @@ def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, An
         raise ValueError(f"{where}must be a mapping, not {brief(value)}")
     for key in value:
         if keys is not None and key not in keys:
-            raise ValueError(f"{where}unknown key {brief(key)}; known are {', '.join(keys)}")
+            raise ValueError(f"{where}unknown key {brief(key)}; use {', '.join(keys)}")
     return value

@@ -1,4 +1,4 @@
-"""Runs, scored in parallel: a table with a row a run, and the errors of each frame.
+"""Runs, scored in parallel: a table with a row for each run, and the errors of each frame.
 
 Workers import this module, so pandas is imported only where the table is built.
 """
@@ -78,7 +78,7 @@ Result = tuple[dict[str, Any], Errors | None]  # the row of a run; a failed one 
 def score_runs(
     tasks: Sequence[Task], jobs: int, progress: Progress
 ) -> "tuple[pd.DataFrame, dict[Run, Errors]]":
-    """Score runs; return a table with a row a run, in their order, and the errors by run.
+    """Score runs; return a table with a row for each run, in their order, and the errors by run.
 
     A failed run, and one without a file, has no scores. A run with the scores of an earlier one is
     a copy.
