@@ -32,6 +32,7 @@ def page_of(
     """Return the page; `reference` is its file, `notes` are on it and on files that failed."""
     names, drawn = [evaluation.name for evaluation in scored], figures(scored)
     more = f" and {len(names) - 3} more" if names[3:] else ""
+    crosses = "With “colour: error”, crosses" if scored[1:] else "Crosses"
     sections: list[dict[str, Any]] = [
         {
             "heading": "Scores",
@@ -43,8 +44,8 @@ def page_of(
             "heading": "Aligned trajectories",
             "text": [
                 "Drag to rotate; click a name to hide it, double-click it to see nothing else.",
-                "Crosses: errors beyond the largest threshold, with a line from the reference. "
-                "Small dots: lost frames.",
+                f"{crosses} are errors beyond the largest threshold, with a line from the "
+                "reference; small dots are lost frames.",
             ],
             "figure": drawn["trajectories"],
         },
@@ -66,6 +67,8 @@ def page_of(
             "figure": drawn["profiles"],
         },
     ]
+    if (models := tables.models_of(scored, longest=60))[1:]:
+        sections.insert(1, {"heading": "Models of the estimates", "table": models})
     title = f"{', '.join(names[:3])}{more} against {printable(Path(reference).name)}"
     return render(title, tables.conditions(scored), sections)
 
@@ -150,18 +153,6 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
                 text=[where[row] for row in np.flatnonzero(~has_pose)],
                 hovertemplate="%{text}",
             )
-    # A box around the reference, so that an estimate far away does not shrink the rest.
-    low, high = path.min(axis=0), path.max(axis=0)
-    reach = np.maximum(0.55 * (high - low), 0.15 * float(np.max(high - low)) or 1.0)
-    ranges = np.stack([(low + high) / 2 - reach, (low + high) / 2 + reach], axis=1).tolist()
-    axes = {
-        f"{name}axis": {"range": ends, "title": {"text": f"{name} [{unit}]"}}
-        for name, ends in zip("xyz", ranges, strict=True)
-    }
-    thin = int(np.argmin(high - low))
-    up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
-    eye = dict(zip("xyz", np.roll([2.0, -1.4, -1.4], thin).tolist(), strict=True))
-    scene = {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye}}
     buttons = [
         {"label": label, "method": "restyle", "args": [{"opacity": opacity}, by_error]}
         for label, opacity in (("colour: error", 1.0), ("colour: estimate", 0.0))
@@ -173,8 +164,26 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
         "active": int(len(scored) > 1),
     }
     menu |= {"x": 0, "xanchor": "left", "y": 1, "yanchor": "top", "font": {"size": 12}}
-    figure.update_layout(**LAYOUT, height=600, scene=scene, updatemenus=[menu])
+    figure.update_layout(**LAYOUT, height=600, scene=_scene(path, unit), updatemenus=[menu])
     return figure.update_layout(margin={"l": 0, "r": 10, "b": 70})
+
+
+def _scene(path: Floats, unit: str) -> dict[str, Any]:
+    """Return a box around the reference, which an estimate far away does not shrink, and a view.
+
+    The axis along which the reference is shortest points up.
+    """
+    low, high = path.min(axis=0), path.max(axis=0)
+    reach = np.maximum(0.55 * (high - low), 0.15 * float(np.max(high - low)) or 1.0)
+    ranges = np.stack([(low + high) / 2 - reach, (low + high) / 2 + reach], axis=1).tolist()
+    axes = {
+        f"{name}axis": {"range": ends, "title": {"text": f"{name} [{unit}]"}}
+        for name, ends in zip("xyz", ranges, strict=True)
+    }
+    thin = int(np.argmin(high - low))
+    up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
+    eye = dict(zip("xyz", np.roll([2.0, -1.4, -1.4], thin).tolist(), strict=True))
+    return {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye}}
 
 
 def _frame_labels(evaluation: Evaluation) -> list[str]:

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pycolmap
 import pytest
+from bs4 import BeautifulSoup
 from scipy.spatial.transform import Rotation
 
 from alignscores import Trajectory, evaluate
@@ -59,6 +60,18 @@ def test_a_folder_has_the_scores_of_its_best_model(run, example, tmp_path):
         ["0", "18", "45.0%"],
         ["2", "3", "7.5%"],
     ]
+
+
+def test_the_page_has_a_table_of_models(run, example, tmp_path):
+    names, poses = example[1]
+    for number, rows in enumerate((range(18), range(13, 35))):
+        write_poses["colmap"](tmp_path / f"sparse/{number}", names[rows], poses[rows])
+    page = tmp_path / "page.html"
+    run("colmap", "colmap/reference", tmp_path / "sparse", "--save_page", page)
+    (section,) = BeautifulSoup(page.read_text(), "html.parser").select("#section-1")
+    assert section.h2.text == "Models of the estimates"
+    rows = [[cell.text for cell in row.select("th, td")] for row in section.select("tbody tr")]
+    assert [row[1:4] for row in rows] == [["1", "22", "55.0%"], ["0", "18", "45.0%"]]
 
 
 def test_one_of_the_models(run, score, example, tmp_path):

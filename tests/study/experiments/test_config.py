@@ -21,7 +21,8 @@ def test_the_outlier_experiment_has_the_values_of_the_paper():
     [
         ("trails=5", "cannot read experiment=outliers trails=5: Could not override 'trails'; did"),
         ("trials", "cannot read experiment=outliers trials: Error parsing override 'trials'; run:"),
-        ("experiment=oultiers", "experiment"),
+        ("experiment=oultiers", "did you mean outliers?"),
+        ("tas.max_treshold=5", "did you mean tas.max_threshold?"),
         ("trials=five", "'trials': should be a valid integer, not 'five'"),
         ("trials=0", "'trials': should be greater than or equal to 1, not 0"),
         ("n_jobs=0", "'n_jobs': must be positive, or -1 for all"),

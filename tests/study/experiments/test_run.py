@@ -133,11 +133,6 @@ def test_wrong_settings_are_named_and_nothing_is_written(command, capsys, overri
     ("override", "problem"),
     [
         ("zoom=5", "Could not override 'zoom'; run: python -m experiments.run --help"),
-        ("trails=5", "Could not override 'trails'; did you mean trials?"),
-        (
-            "tas.max_treshold=5",
-            "Could not override 'tas.max_treshold'; did you mean tas.max_threshold?",
-        ),
         (
             "experiment=oultiers",
             "In 'config': Could not find 'experiment/oultiers'; did you mean outliers?",

@@ -30,7 +30,7 @@ def copy_of_the_project(folder):
 
 
 TARGETS = {  # rules of the jobs that each target needs, from nothing; with two replicates
-    "figures": {"trials": 8, "figure": 7, "captions": 1, "table1": 1},
+    "figures": {"trials": 8, "drawings": 1, "captions": 1, "table1": 1},
     "claims": {"replicate": 2, "verdicts": 1},
     "readings": {},
     "head_to_head": {"trials": 8, "study_trials": len(head_to_head.plan({})), "orders": 1},
@@ -96,7 +96,7 @@ def test_wrong_settings_are_named_before_any_trial(snakemake, tmp_path, target, 
 
 @pytest.mark.slow
 def test_runs_and_reruns(snakemake, tmp_path):
-    target = "quick/figures/outliers.pdf"
+    target = "quick/trials/outliers.csv"
     small = ["trials=2", "sigma_t=[0.02,0.05]", "n_cameras=[25]", "n_outliers=[0,2]"]
     small += ["results_dir=quick"]
     done = snakemake(target, "--config", *small)
@@ -109,8 +109,8 @@ def test_runs_and_reruns(snakemake, tmp_path):
     parallel = [*small, "n_jobs=2"]
     assert snakemake(target, "--dry-run", "--config", *parallel).planned == {}
     more = ["trials=3", *small[1:]]
-    both = {"trials": 1, "figure": 1}
-    assert snakemake(target, "--dry-run", "--config", *more).planned == both
+    again = {"trials": 1}
+    assert snakemake(target, "--dry-run", "--config", *more).planned == again
 
     # So does a table by hand in this place, with or without what Snakemake remembers.
     record = trials.with_suffix(".json")
@@ -119,9 +119,9 @@ def test_runs_and_reruns(snakemake, tmp_path):
     record.unlink()
     run = ["experiment=outliers", *more[:-1], f"output={trials}", "n_jobs=1"]
     subprocess.run([sys.executable, "-m", "experiments.run", *run], cwd=tmp_path, check=True)
-    assert snakemake(target, "--dry-run", "--config", *small).planned == both
+    assert snakemake(target, "--dry-run", "--config", *small).planned == again
     shutil.rmtree(tmp_path / ".snakemake")
-    assert snakemake(target, "--dry-run", "--config", *small).planned == both
+    assert snakemake(target, "--dry-run", "--config", *small).planned == again
     trials.write_bytes(original[0])
     record.write_bytes(original[1])
     shutil.rmtree(tmp_path / "quick" / "settings")
@@ -129,14 +129,15 @@ def test_runs_and_reruns(snakemake, tmp_path):
 
     # A table that was lost comes back bit for bit.
     trials.unlink()
-    assert snakemake(str(trials.relative_to(tmp_path)), "--config", *small).returncode == 0
+    assert snakemake(target, "--config", *small).returncode == 0
     assert trials.read_bytes() == before
 
     # One that was changed is refused by what reads it.
     trials.write_bytes(before[:-2])
-    done = snakemake(target, "--config", *small)
-    assert done.returncode != 0
-    assert f"{trials.relative_to(tmp_path)} was changed, or outliers.json is not" in done.text
+    draw = [sys.executable, "-m", "figures", "outliers", target, "--output", "outliers.png"]
+    drawn = subprocess.run(draw, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert drawn.returncode != 0
+    assert f"{target} was changed, or outliers.json is not" in drawn.stderr
 
 
 SCENARIOS = """\
@@ -151,13 +152,13 @@ FILES = (
     "results/replicates/7.csv",  # the first three are also judged under other readings: longer
     "results/figures/beyond.png",
 )
-DRAWN = {"figure": 2, "study_figure": 1}
+DRAWN = {"drawings": 1, "study_figure": 1}
 ANALYSIS = {"scenarios": 1, "study_figure": 1}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
     (
         (
             *("alignscores/io/text.py", "alignscores/cli/compare.py"),
-            *("report/figure.rst", "studies/thresholds.py"),
+            *("report/study.rst", "studies/thresholds.py"),
             *("alignscores/show/rerun.py", "alignscores/evaluation/scoring.py"),
         ),
         {},
@@ -168,7 +169,7 @@ EDITS = [  # files of the project, with the jobs that an edit of them makes run 
     (("studies/order.py",), ANALYSIS),
     (
         ("experiments/scenes/errors.py",),
-        {"trials": 2, "study_trials": 2, "replicate": 1, "scenarios": 1} | DRAWN,
+        {"trials": 8, "study_trials": 2, "replicate": 1, "scenarios": 1} | DRAWN,
     ),
 ]
 CLAIMS = [  # a text, what takes its place, whether other trials are needed then
@@ -227,7 +228,7 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(snakemake, tmp_path)
         text=True,
     )
     planned = Done(done.returncode, done.stdout + done.stderr).planned
-    assert planned == {"trials": 1, "figure": 1, "replicate": 1}
+    assert planned == {"trials": 1, "drawings": 1, "replicate": 1}
 
 
 def test_an_experiment_of_your_own_changes_nothing_of_the_papers(snakemake, tmp_path):
