@@ -21,7 +21,7 @@ from ..comparison.comparison import (
 )
 from ..comparison.gate import WORSE, Condition, conditions_of, reasons_to_fail
 from ..comparison.runs import SCORES
-from ..comparison.summary import Design, measured
+from ..comparison.summary import Design, metric_columns
 from ..comparison.tables import as_latex, problems_of
 from ..evaluation.settings import Settings
 from ..io import FORMATS
@@ -61,7 +61,7 @@ EVERYDAY = {
 }
 FILES = (
     "patterns of the references and of the estimates, with {sequence}, {system} and {run}; or one "
-    "YAML file; or one CSV file with a row a run: system, sequence, run and any metric"
+    "YAML file; or one CSV file with a row for each run: system, sequence, run and any metric"
 )
 FAIL_ON = (
     "exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; with --baseline "
@@ -142,7 +142,7 @@ def _run(argv: Sequence[str]) -> int:
     if arguments.paired and arguments.runs == "dependent":
         parser.error("--paired and --runs dependent exclude each other")
     table = _table(arguments)
-    names = [*SCORES, *settings.metrics] if table is None else measured(table, arguments.by)
+    names = [*SCORES, *settings.metrics] if table is None else metric_columns(table, arguments.by)
     gate = _gate(parser, arguments, names)
     benchmark = None if table is not None else _benchmark(parser, arguments, settings)
     if arguments.dry_run and benchmark:

@@ -19,7 +19,7 @@ from ..similarity import least_squares_rmse
 from ..texts import printable, unique_names
 from ..validation import finite_rows
 from .compared import compared, half_distance_of, notes_on_matching, tas_of_other_seeds
-from .evaluation import Evaluation, Model, Note, finite_or_none
+from .evaluation import FAILED, Evaluation, Model, Note, finite_or_none
 from .hints import Files, Scored, look, rescue
 from .match import Matches
 from .models import ModelPoses, in_order, poses_of_models, read_models
@@ -228,9 +228,12 @@ def _score_trajectory(
 ) -> Evaluation:
     """Match, score and explain the poses of an estimate; see `score`. `notes` are those so far."""
     has_rotations = reference.has_rotations and poses.has_rotations
-    if reference.has_rotations and not has_rotations:
-        notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
     constant, poses = _constant(poses, settings, has_rotations)
+    failed = [note for note in constant if note.kind == FAILED]  # it needs no further notes
+    if failed:
+        notes.clear()
+    elif reference.has_rotations and not has_rotations:
+        notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
     notes += constant
     reference, poses = reference.with_rotations(), poses.with_rotations()
 
@@ -246,7 +249,7 @@ def _score_trajectory(
             )
             raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
         half_distance = half_distance_of(outcome.matches, settings)
-    if not np.isnan(poses.poses).all():  # a failed run needs no further notes
+    if not failed:
         notes += [Note("estimate", text) for text in of_estimate]
     matches, result = outcome.matches, outcome.result
     pairs = _every_pose(matches, outcome.estimate)
@@ -291,15 +294,18 @@ def _constant(
 ) -> tuple[list[Note], Trajectory]:
     """Return notes on an estimate that does not move or rotate, and the poses that count.
 
-    One pose throughout is none: the run has failed.
+    One pose throughout is none: the run has failed, as it has without any finite pose.
     """
+    positions = estimate.poses[finite_rows(estimate.poses[:, :3, 3]), :3, 3]
+    if not len(positions):
+        return [Note(FAILED, "it has no finite pose")], estimate
     if has_rotations and not has_constant_rotations(estimate):
         return [], estimate
-    positions = estimate.poses[finite_rows(estimate.poses[:, :3, 3]), :3, 3]
     if len(positions) > 1 and (positions == positions[0]).all():
-        text = "it has one pose throughout: a run that failed, without a pose that counts"
         nothing = np.full_like(estimate.poses, np.nan)
-        return [Note("constant", text)], estimate._replace(poses=nothing)
+        return [Note(FAILED, "it has one pose throughout: no pose counts")], estimate._replace(
+            poses=nothing
+        )
     if not has_rotations:
         return [], estimate
     text = "its rotations are all the same, and are scored as they are"

@@ -171,7 +171,7 @@ def test_a_broken_file(patterns, run, tmp_path):
 def test_other_settings_do_not_compare(gate):
     code, out, err = gate(lambda: None, "--registration", "pcr99")
     assert (code, out) == (1, "")
-    assert "saved.json: has default settings, not registration=pcr99, for " in err
+    assert "saved.json: the baseline used default settings, this run registration=pcr99 (" in err
     assert gate(lambda: None, "--reference_sigma", "0.1,1")[0] == 0  # no score depends on it
 
 

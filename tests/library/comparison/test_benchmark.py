@@ -54,8 +54,8 @@ def test_paths_are_relative_to_the_yaml_file(files, tmp_path):
     [
         ("format: tum", "format: sfm", "format must be one of tum, "),
         ("runs: 3", "runs: 0", "runs must be a positive whole number, not 0"),
-        ("runs: 3", "speed: 3", "b.yaml: unknown key 'speed'; known are format, reference, est"),
-        ("unit: 0.5", "speed: 4", "sequences: car: unknown key 'speed'; known are format"),
+        ("runs: 3", "speed: 3", "b.yaml: unknown key 'speed'; use format, reference, est"),
+        ("unit: 0.5", "speed: 4", "sequences: car: unknown key 'speed'; use format"),
         ("unit: 0.5", "unit: small", "car: unit must be a finite number above 0, not 'small'"),
         ("runs: 3", "runs: [", "cannot be read: "),
         ("reference:", "# reference:", "needs reference, a text"),

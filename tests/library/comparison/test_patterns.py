@@ -1,5 +1,7 @@
 """Patterns with named fields."""
 
+import os
+
 import pytest
 
 from alignscores.comparison.patterns import Pattern
@@ -29,6 +31,14 @@ def test_fields(tmp_path, monkeypatch, pattern, path, values):
     assert {file: tuple(fields.values()) for file, fields in matches.items()} == (
         {path: values} if values else {}
     )
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs devices")
+def test_devices_never_match(tmp_path):
+    """Nor does a link to one; a broken link is a file that cannot be read."""
+    (tmp_path / "null").symlink_to("/dev/null")
+    (tmp_path / "broken").symlink_to("nowhere")
+    assert list(Pattern(f"{tmp_path}/{{system}}", FIELDS).find()) == [f"{tmp_path}/broken"]
 
 
 @pytest.mark.parametrize(

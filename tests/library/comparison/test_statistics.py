@@ -15,7 +15,7 @@ from alignscores.comparison.statistics import (
     paired_test,
     permutation_test,
     sequence_test,
-    wins,
+    win_probability,
 )
 
 FAILED = -np.inf
@@ -30,9 +30,9 @@ def test_a_failed_run_loses_to_every_other_and_ties_count_half():
     assert beats([1, 0, 0, FAILED, np.nan], [0, 1, 0, FAILED, 0]).tolist() == [1, 0, 0.5, 0.5, 0.5]
     first = np.array([0.9, FAILED]), np.array([0.1, 0.9])
     second = np.array([0.5]), np.array([FAILED])
-    assert wins([first]) == (1 + 0.5) / 4
-    assert wins([first, second]) == (1.5 / 4 + 1) / 2
-    assert wins([first], paired=True) == 0.5
+    assert win_probability([first]) == (1 + 0.5) / 4
+    assert win_probability([first, second]) == (1.5 / 4 + 1) / 2
+    assert win_probability([first], paired=True) == 0.5
 
 
 def studentised(runs):
@@ -180,6 +180,10 @@ def test_paired_runs_are_tested_by_signed_ranks_of_pairs():
     hard, gains = rng.normal(0, 10, (2, 5)), rng.normal(0.8, 0.3, (2, 5))
     runs = list(zip(hard + gains, hard, strict=True))
     assert paired_test(runs).p == pytest.approx(stats.wilcoxon(gains.ravel()).pvalue)
+    many = rng.normal(0.4, 1, 40)  # of more than 13 pairs only some signs are permuted
+    found = paired_test([(many, np.zeros(40))])
+    assert found.p == pytest.approx(stats.wilcoxon(many).pvalue, abs=0.01)
+    assert found == paired_test([(many, np.zeros(40))])
     assert permutation_test(runs).p > 0.3
     assert difference(runs, paired=True).low > 0 > difference(runs).low
 

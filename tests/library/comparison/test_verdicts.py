@@ -142,8 +142,8 @@ def test_means_are_over_the_sequences_that_all_systems_have():
     assert overall.loc["a", "PAS_all"] == pytest.approx(np.mean(GOOD) - 0.19)
     assert comparison.verdict[-2:] == [
         "b has no run on 1 of 2 sequences (s1).",
-        "Means are over the only sequence that all systems have (s0), PAS (all) is over all that a "
-        "system has; --expect_all counts the missing ones as failed.",
+        "Means are over the only sequence that all systems have (s0), PAS (all) is over all "
+        "sequences of a system; --expect_all counts the missing ones as failed.",
     ]
     text = verdict_of({"a": {"s0": GOOD}, "b": {"s1": GOOD}})
     assert "No sequence has runs of all systems" in text
@@ -179,7 +179,7 @@ def test_a_metric_of_the_user():
     again = compare(runs.drop(columns=["sequence", "run"]), by="seconds", better="smaller")
     assert again.pairs["p"].iloc[0] == comparison.pairs["p"].iloc[0]
     for bad, options, message in (
-        (runs, {"by": "seconds"}, "seconds is no known metric: better says whether larger"),
+        (runs, {"by": "seconds"}, "unknown metric seconds: set better to larger or smaller"),
         (runs, {"by": "minutes", "better": "smaller"}, "has no column 'minutes'"),
         (runs.drop(columns="system"), {"by": "seconds", "better": "smaller"}, "column 'system'"),
         (runs.assign(run=1), {"by": "seconds", "better": "smaller"}, "for the same run: s0/fast/1"),
@@ -220,8 +220,15 @@ def test_twelve_systems_on_two_sequences_fit_a_terminal(run, tmp_path):
 
 def test_without_rotations_the_verdict_says_by_what_to_compare(patterns, run):
     words = *patterns, "--ref_columns", "t x y z"
-    assert run(*words)[1].startswith("no run has a PAS, which takes rotations; --by TAS compares")
+    assert run(*words)[1].startswith("no run has a PAS, which needs rotations; --by TAS compares")
     assert run(*words, "--by", "TAS")[1].startswith("a_b is ahead of c")
+
+
+def test_a_system_without_any_value_is_named():
+    runs = table({"a": on(1, GOOD), "b": on(1, BAD), "c": on(1, [None] * 10)})
+    found = compare(runs.assign(status="scored"))
+    assert "No run of c has a PAS: not compared." in found.verdict
+    assert set(found.pairs["a"]) | set(found.pairs["b"]) == {"a", "b"}
 
 
 def test_the_command_begins_with_the_verdict(patterns, run):

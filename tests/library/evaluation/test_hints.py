@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores import Trajectory, evaluate
+from alignscores import Trajectory, compare, evaluate
 from alignscores.io import inverse_poses
 
 CASES = Path(__file__).resolve().parents[4] / "shared" / "cases"
@@ -161,6 +161,17 @@ def test_one_pose_throughout_has_failed(case, command):
     evaluation = evaluate("gt.txt", "static.txt")
     assert (evaluation.tas, evaluation.ras, evaluation.pas) == (0, 0, 0)
     assert "one pose throughout" in command("gt.txt", "static.txt")[2]
+
+
+def test_without_a_finite_pose_there_is_one_note(tum, write):
+    reference = tum(100, 10, "gt.txt")
+    rows = [line.split()[0] for line in reference.read_text().splitlines()]
+    lost = write([f"{stamp} nan nan nan nan nan nan nan" for stamp in rows], "lost.txt")
+    found = evaluate(reference, lost)
+    assert (found.tas, found.lost) == (0, 1)
+    assert found.notes[0].text == "it has no finite pose"
+    assert not any("cannot be aligned" in note.text for note in found.notes)
+    assert compare(reference, [lost]).runs["status"].tolist() == ["failed"]
 
 
 def test_constant_rotations_are_scored_unless_the_reference_has_none(tum, write, command):

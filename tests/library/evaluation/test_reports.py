@@ -172,7 +172,7 @@ def test_a_report_ends_as_it_must_by_command_function_and_comparison(folder, com
     compared = compare(files[0], {"system": files[1]}, **settings)
     agree(compared.runs.iloc[0][["TAS", "RAS", "ATE"]], end)
     notes = "\n".join(map(str, evaluation.notes))
-    for text in (err, notes, "\n".join(compared.notes)) if note else ():
+    for text in (err, notes, "\n".join([*compared.notes, *compared.failed])) if note else ():
         assert re.search(note, text)
     if not note:
         assert "corrected)" not in err
@@ -184,6 +184,14 @@ def test_runs_of_one_pose_are_failures_in_a_comparison(folder, command):
     patterns = "cmp/{sequence}/gt.txt", "cmp/{sequence}/{system}/{run}.txt"
     means = compare(*patterns).summary.query("sequence.isna()").set_index("system")["PAS"]
     assert means[["idle", "zeroq", "empty"]].tolist() == pytest.approx([0.203] * 3, abs=0.001)
-    code, _, err = command("compare", *patterns, "--fail_on", "PAS<0.5")
+    code, out, err = command("compare", *patterns, "--fail_on", "PAS<0.5,failed>0.7", "--json")
     assert code == 3
-    assert all(f"{system}: PAS" in err for system in ("idle", "zeroq", "empty"))
+    runs = json.loads(out)["runs"]
+    for system in ("idle", "zeroq", "empty"):
+        assert f"{system}: PAS" in err
+        assert f"{system}: failed 0.7500 > 0.7" in err
+        failed = [run for run in runs if (run["system"], run["status"]) == (system, "failed")]
+        assert len(failed) == 6
+        assert not any(run["notes"] for run in failed)
+        assert all(err.count(f"{run['error']}; it counts as a failure\n") == 1 for run in failed)
+    assert err.count("it has one pose throughout: no pose counts") == 12

@@ -14,8 +14,8 @@ from studies.calibration import Case, tails
     ("case", "rounding"),
     [
         (Case(2, (3, 3)), 1e-12),
-        (Case(1, (5, 5), kept=1, copies=5), 1e-12),
-        (Case(2, (5, 7), wider=3.0), 0.02),  # other random permutations
+        (Case(1, (5, 5), n_best_runs=1, copies=5), 1e-12),
+        (Case(2, (5, 7), scale=3.0), 0.02),  # other random permutations
     ],
 )
 def test_many_draws_are_tested_as_each_of_them_is(case, rounding):
