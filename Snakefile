@@ -1,6 +1,6 @@
 # From the Hydra configs to the figures and tables of the paper, and the studies of these and other trials.
 #   snakemake figures                          the paper's figures and tables, in results/
-#   snakemake results/figures/outliers.pdf     one figure and what it needs
+#   snakemake results/trials/outliers.csv      the trials of one of them
 #   snakemake figures --config trials=5 results_dir=quick       other settings, in another folder
 #   snakemake figures --config 'tas={max_threshold: 2}' results_dir=wide     an option of a metric
 #   snakemake results/trials/circle.csv        an experiment of your own, configs/experiment/circle.yaml
@@ -30,15 +30,7 @@ shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")  #
 from experiments.config import EXPERIMENTS, ConfigError, load, load_sweep, settings_file, to_overrides
 from studies import beyond, claims, head_to_head, thresholds
 
-FIGURES = {  # with the trials that each shows
-    "histogram": ["combined"],
-    "outliers": ["outliers"],
-    "collinear": ["collinear"],
-    "trajectory_length": ["trajectory_length"],
-    "rotations": ["rotations"],
-    "combined": ["combined"],
-    "maa_vs_pas": ["maa_vs_pas_outliers", "maa_vs_pas_length", "maa_vs_pas_collinear"],
-}
+FIGURES = ["histogram", "outliers", "collinear", "trajectory_length", "rotations", "combined", "maa_vs_pas"]
 CLAIMS_FILES = ["configs/claims.yaml", "studies/claims.html.j2"]
 CAPTIONS = ["outliers", "combined", "maa_vs_pas_outliers", "maa_vs_pas_collinear"]  # with percentages
 OWN_KEYS = {"threshold_study": thresholds.axis_names(), "beyond": ["scenarios"], "claims": ["replicates"]}
@@ -164,7 +156,7 @@ report: "report/workflow.rst"
 # Drawing and tables run where Snakemake was started, trials in jobs where there is a cluster.
 localrules:
     figures,
-    figure,
+    drawings,
     captions,
     table1,
     verdicts,
@@ -220,28 +212,32 @@ rule trials:
         " hydra.run.dir=. hydra.output_subdir=null > {log:q} 2>&1"
 
 
-rule figure:
+# One process for all of them: importing Matplotlib takes as long as drawing a figure.
+# A single one: python -m figures outliers results/trials/outliers.csv --output FILE
+rule drawings:
     input:
-        lambda w: expand(RESULTS / "trials/{name}.csv", name=FIGURES[w.figure]),
+        expand(RESULTS / "trials/{name}.csv", name=EXPERIMENTS),
     output:
-        RESULTS / "figures/{figure}.pdf",
-        report(
-            RESULTS / "figures/{figure}.png",
-            category="Figures",
-            labels={"figure": "{figure}"},
-            caption="report/figure.rst",
-        ),
-    wildcard_constraints:
-        figure="|".join(FIGURES),
+        expand(RESULTS / "figures/{figure}.pdf", figure=FIGURES),
+        [
+            report(
+                RESULTS / f"figures/{figure}.png",
+                category="Figures",
+                labels={"figure": figure},
+                caption=f"report/figures/{figure}.rst",
+            )
+            for figure in FIGURES
+        ],
     params:
-        draw="{figure}",
+        trials=RESULTS / "trials",
+        figures=RESULTS / "figures",
         code=lambda w: code("figures.__main__", leave_out=OF_FIGURES),
     log:
-        RESULTS / "logs/figures/{figure}.log",
+        RESULTS / "logs/figures.log",
     benchmark:
-        RESULTS / "benchmarks/figures/{figure}.tsv"
+        RESULTS / "benchmarks/figures.tsv"
     shell:
-        "python -m figures {params.draw} {input:q} --output {output:q} > {log:q} 2>&1"
+        "python -m figures paper {params.trials:q} --output {params.figures:q} > {log:q} 2>&1"
 
 
 rule captions:
@@ -454,7 +450,7 @@ use rule table1 as scenarios with:
 STUDY_FIGURES = {"threshold_study": "studies.thresholds:draw", BEYOND: "studies.beyond:draw"}
 
 
-use rule figure as study_figure with:
+rule study_figure:
     input:
         RESULTS / "tables/{figure}.csv",
     output:
@@ -470,6 +466,12 @@ use rule figure as study_figure with:
     params:
         draw=lambda w: STUDY_FIGURES[w.figure],
         code=lambda w: code("figures.__main__", STUDY_FIGURES[w.figure].split(":")[0], leave_out=OF_FIGURES),
+    log:
+        RESULTS / "logs/figures/{figure}.log",
+    benchmark:
+        RESULTS / "benchmarks/figures/{figure}.tsv"
+    shell:
+        "python -m figures {params.draw} {input:q} --output {output:q} > {log:q} 2>&1"
 
 
 # Everything in one file, by Snakemake itself; it needs the extra `reports`.

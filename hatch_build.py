@@ -39,7 +39,7 @@ class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
         digest = sha256()
         for source in sorted(folder.glob("*.[ch]")):
             digest.update(source.read_bytes())
-        # The package finds by this name the library of its own sources; one that ended in .so would
+        # The package finds the library of its sources by this name; one that ended in .so would
         # pass for a Python module. ctypes loads it on Windows, too.
         name = f"kernel.so.{digest.hexdigest()[:16]}"
         self.folder = TemporaryDirectory()  # until the wheel is built
@@ -75,11 +75,12 @@ def compiler() -> list[str]:
 def compile_kernel(folder: Path, library: Path) -> None:
     """Compile with ``$CFLAGS`` and ``$LDFLAGS``, which come last; on macOS for ``$ARCHFLAGS``."""
     command = compiler() or [sys.executable, "-m", "ziglang", "cc"]
-    given = [shlex.split(os.environ.get(name, "")) for name in ("CFLAGS", "ARCHFLAGS", "LDFLAGS")]
-    # Windows has no -fPIC, and no library of its own for mathematics.
+    # Windows has no -fPIC, and no separate library for mathematics.
     code, libraries = ([], []) if sys.platform == "win32" else (["-fPIC"], ["-lm"])
     sources = map(str, sorted(folder.glob("*.c")))
-    c_flags, architecture, linker_flags = given
+    c_flags, architecture, linker_flags = (
+        shlex.split(os.environ.get(name, "")) for name in ("CFLAGS", "ARCHFLAGS", "LDFLAGS")
+    )
     command += [*FLAGS, *code, *c_flags, *architecture, "-o", str(library), *sources]
     command += [*linker_flags, *libraries]
     subprocess.run(command, check=True, capture_output=True, text=True, errors="replace")

@@ -171,8 +171,7 @@ def yaw_mean(rotations: Floats, up: str) -> Floats:
 
 def rotation_angles(rotations: Floats) -> Floats:
     """Return the angles of rotations (..., n, 3, 3) in degrees, precise at both ends."""
-    identities = np.broadcast_to(IDENTITY, (*rotations.shape[:-3], 3, 3))
-    return np.degrees(angles_and_axes(rotations, identities)[0])
+    return np.degrees(angles_and_axes(rotations)[0])
 
 
 def angles_and_axes(rotations: Floats, reference: Floats = IDENTITY) -> tuple[Floats, Floats]:

@@ -64,11 +64,11 @@ class Source:
     """The file that an array was read from, and the place of each row in it."""
 
     path: FilePath
-    place: Callable[[int], str]
+    place_of_row: Callable[[int], str]
 
     def error(self, row: int, reason: str) -> FileError:
         """Return the error that something is wrong with a row."""
-        return FileError(self.path, reason, place=self.place(row))
+        return FileError(self.path, reason, place=self.place_of_row(row))
 
     def refuse(self, wrong: Booleans, reason: str) -> None:
         """Raise the error that something is wrong with the first of some rows, if there are any."""

@@ -13,7 +13,7 @@ __all__ = ["AlignmentScore", "area", "cumulative_frequency", "equal_steps", "sco
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AlignmentScore:
-    """What every alignment score has in common; ``float(result)`` is the score.
+    """Base of the alignment scores' results; ``float(result)`` is the score.
 
     Parameters
     ----------

@@ -3,14 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import ceil
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .arrays import Booleans, Floats
-
-if TYPE_CHECKING:
-    from scipy.spatial.transform import Rotation
 
 __all__ = ["PairBlock", "pair_blocks"]
 
@@ -20,7 +16,7 @@ PAIRS_AT_ONCE = 1 << 13  # their temporaries stay in the cache
 
 @dataclass(frozen=True, eq=False)
 class PairBlock:
-    """What the errors of some pairs (i, j) follow from: cameras i in rows, j in columns.
+    """Quantities of some pairs (i, j) for their errors: cameras i in rows, j in columns.
 
     Only the entries where ``pairs`` is true, those of i < j, count. The quaternions, (rows, 4) and
     (4, columns), are those of the rotations between the frames; ``dots`` are the scalar products of
@@ -48,16 +44,16 @@ class PairBlock:
         return np.asarray(np.degrees(4 * np.arcsin(np.minimum(np.sqrt(chord) / 2, 1.0))))
 
 
-def pair_blocks(gt: Floats, est: Floats, between: "Rotation") -> Iterator[PairBlock]:
+def pair_blocks(
+    gt: Floats, est: Floats, quaternions: Floats, rotations: Floats
+) -> Iterator[PairBlock]:
     """Go through all pairs i < j of cameras (n, 3) of moderate size, in O(n) memory.
 
-    ``between`` holds, for each camera, the rotation S_i that takes its true axes to its estimated
-    ones. Both errors of a pair follow from it: the rotation from S_i^T S_j, the direction from
-    (c_j - c_i)^T S_i^T (c^_j - c^_i).
+    The rotation S_i, as quaternion (n, 4) and matrix (n, 3, 3), takes the true axes of camera i to
+    its estimated ones. Both errors of a pair follow from it: the rotation from S_i^T S_j, the
+    direction from (c_j - c_i)^T S_i^T (c^_j - c^_i). Both forms come from one `Rotation`: the
+    rounding of files, which are orthonormal to 1e-6 only, must not enter the cosines.
     """
-    # From quaternions, so that the rounding of files (S is orthonormal to 1e-6 only) does not
-    # enter the cosines.
-    quaternions, rotations = between.as_quat(), between.as_matrix()
     others, gt_others, est_others = (np.ascontiguousarray(a.T) for a in (quaternions, gt, est))
     n, first = len(gt), 0
     while first < n - 1:

@@ -22,7 +22,7 @@ from .similarity import Similarity
 
 __all__ = ["literal_frames", "pas", "pcr99", "ras", "tas"]
 
-FLAT = 1e-6  # sine of a triangle's first angle, up to which it has no normal
+FLAT = 1e-6  # sine of a triangle's first angle; up to it the triangle has no normal
 MARGIN = 64 * np.finfo(np.float64).eps  # of squared positions: rounding, by which no triangle wins
 
 
@@ -34,7 +34,7 @@ def tas(c: Floats, c_est: Floats, rng: Seed = 0, *, literal: bool = False) -> fl
     c : (n, 3) ndarray
         Camera centres of the ground truth, in any unit; n >= 4.
     c_est : (n, 3) ndarray
-        Estimated centres in a frame and at a scale of their own.
+        Estimated centres in their own frame and scale.
     rng : int, SeedSequence, Generator or None
         Seed of the random triplets.
     literal : bool
@@ -86,7 +86,7 @@ def ras(R: Floats, R_est: Floats) -> float:
     R : (n, 3, 3) ndarray
         Camera-to-world rotations of the ground truth.
     R_est : (n, 3, 3) ndarray
-        Estimated ones, to a world frame of their own.
+        Estimated ones, to their own world frame.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def pas(
 
     References
     ----------
-    Section 5, eq. 5; the weight is that of section 8.
+    Section 5, eq. 5; the weight is from section 8.
 
     Examples
     --------

@@ -21,14 +21,14 @@ __all__ = [
 __all__ += ["printable", "shortened", "text_table", "text_width", "unique_names"]
 
 WIDTH = 100  # columns of a table
-FEW = 5  # entries of a list that a message shows
+N_SHOWN = 5  # entries of a list that a message shows
 LONGEST = 60  # characters of a text in a message
 
 
 def first_few(texts: Sequence[str]) -> str:
     """Return the first few of some texts, separated by commas, and how many more there are."""
-    more = f" and {len(texts) - FEW} more" if len(texts) > FEW else ""
-    return ", ".join(texts[:FEW]) + more
+    more = f" and {len(texts) - N_SHOWN} more" if len(texts) > N_SHOWN else ""
+    return ", ".join(texts[:N_SHOWN]) + more
 
 
 def alike(notes: Iterable[tuple[str, str]]) -> list[str]:
@@ -89,7 +89,7 @@ def _common_start(texts: Sequence[str]) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text in which escapes replace control characters and bytes that are not UTF-8."""
+    """Return a text with escapes for control characters and bytes that are not UTF-8."""
     return "".join(letter if letter.isprintable() else _escape(letter) for letter in text)
 
 

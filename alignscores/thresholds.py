@@ -34,7 +34,7 @@ __all__ = [
     "smallest_unit",
     "tas_distance",
     "tas_profile",
-    "too_few",
+    "too_few_cameras",
 ]
 
 # Cameras that an alignment fits exactly, whatever the estimate.
@@ -373,7 +373,7 @@ def tas_distance(
         up=up,
         at_several=True,
     )
-    if reason := too_few(len(gt), score, alignment):
+    if reason := too_few_cameras(len(gt), score, alignment):
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return nan
     if search.has_one_alignment:
@@ -442,7 +442,7 @@ def ras_angle(
     return smallest_unit(np.sort(result.errors), score, N_THRESHOLDS)
 
 
-def too_few(n: int, score: float, alignment: str) -> str:
+def too_few_cameras(n: int, score: float, alignment: str) -> str:
     """Return the reason why n cameras have no distance, or an empty string."""
     _check_score(score)
     fitted = N_CAMERAS_FITTED_EXACTLY[alignment]

@@ -97,7 +97,7 @@ def check_groups(groups: ArrayLike, n: int, name: str) -> Indices:
             f"groups must have a label for each of the {n} rows of {name}, not {labels.shape}"
         )
     if labels.dtype.kind == "f" and np.isnan(labels).any():
-        raise ValueError(f"groups[{int(np.argmax(np.isnan(labels)))}] is NaN, which is no label")
+        raise ValueError(f"groups[{int(np.argmax(np.isnan(labels)))}] is NaN, not a label")
     try:
         return np.unique(labels, return_inverse=True)[1]
     except TypeError:
@@ -106,10 +106,10 @@ def check_groups(groups: ArrayLike, n: int, name: str) -> Indices:
 
 def check_positive(value: float, name: str, *, integer: bool = False) -> float:
     """Return a parameter that is a positive, finite (whole) number, or raise ValueError."""
-    kinds = (int, np.integer) if integer else (int, float, np.integer, np.floating)
-    if isinstance(value, bool) or not isinstance(value, kinds) or not 0 < value < np.inf:
-        kind = "whole number" if integer else "finite number"
-        raise ValueError(f"{name} must be a positive {kind}, not {value!r}")
+    types = (int, np.integer) if integer else (int, float, np.integer, np.floating)
+    if isinstance(value, bool) or not isinstance(value, types) or not 0 < value < np.inf:
+        expected = "whole number" if integer else "finite number"
+        raise ValueError(f"{name} must be a positive {expected}, not {value!r}")
     return float(value)
 
 

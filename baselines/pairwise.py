@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from alignscores.arrays import Floats
+from alignscores.arrays import Booleans, Floats
 from alignscores.histogram import equal_steps
-from alignscores.metrics.cameras import Cameras
+from alignscores.metrics.cameras import moderate
 from alignscores.pairs import PairBlock, pair_blocks
 from alignscores.validation import check_poses
 
@@ -92,10 +92,17 @@ def maa(
     (gt_rotations, gt), (est_rotations, est), lead = check_stacks(
         check_poses, gt_poses, est_poses, "poses", est_complete=False
     )
-    areas = [
-        _areas(Cameras.of(*scene), counts)
-        for scene in zip(gt_rotations, gt, est_rotations, est, strict=True)
-    ]
+    if gt.shape[1] < 2:
+        raise ValueError("mAA needs at least 2 cameras, but gt_poses has 1")
+    estimated = np.isfinite(est_rotations).all(axis=(2, 3)) & np.isfinite(est).all(axis=2)
+    between = est_rotations @ gt_rotations.swapaxes(2, 3)
+    between[~estimated] = np.eye(3)
+    # At once for all scenes: a call of SciPy's takes as long as a small scene.
+    of_all = Rotation.from_matrix(between.reshape(-1, 3, 3), assume_valid=True)
+    quaternions = of_all.as_quat().reshape(*between.shape[:2], 4)
+    rotations = of_all.as_matrix().reshape(between.shape)
+    cameras = moderate(gt), moderate(est), quaternions, rotations, estimated
+    areas = [_areas(*scene, counts) for scene in zip(*cameras, strict=True)]
     return unstacked(np.reshape(areas, (-1, *ways.shape)), lead)
 
 
@@ -128,21 +135,22 @@ class _Count:
         return np.radians(self._degrees)
 
 
-def _areas(cameras: Cameras, counts: list[_Count]) -> list[float]:
-    """Return the mAA of one scene, counted in several ways."""
-    n_pairs = len(cameras) * (len(cameras) - 1) // 2
-    if n_pairs == 0:
-        raise ValueError("mAA needs at least 2 cameras, but gt_poses has 1")
-
-    cameras = cameras.matched()
+def _areas(
+    gt: Floats,
+    est: Floats,
+    quaternions: Floats,
+    rotations: Floats,
+    estimated: Booleans,
+    counts: list[_Count],
+) -> list[float]:
+    """Return the mAA of a scene, counted in several ways; see `pair_blocks`."""
+    n_pairs = len(gt) * (len(gt) - 1) // 2
+    cameras = [array[estimated] for array in (gt, est, quaternions, rotations)]
     steps = [np.zeros(count.n_thresholds, dtype=np.int64) for count in counts]
-    if len(cameras):
-        between = cameras.est_rotations @ cameras.gt_rotations.transpose(0, 2, 1)
-        rotations = Rotation.from_matrix(between, assume_valid=True)
-        for block in pair_blocks(cameras.gt, cameras.est, rotations):
-            cosines = _cosines(block)
-            for count, counted in zip(counts, steps, strict=True):
-                counted += _steps(count, block, *cosines)
+    for block in pair_blocks(*cameras):
+        cosines = _cosines(block)
+        for count, counted in zip(counts, steps, strict=True):
+            counted += _steps(count, block, *cosines)
     # Whole numbers until the one division: a perfect estimate scores exactly 1.
     return [
         int(np.cumsum(counted).sum()) / (len(counted) * n_pairs * (2 if count.pooled else 1))

@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--against", metavar="FOLDER", type=Path, help=against)
     options = parser.parse_args(arguments)
     if options.against and not (options.against / "alignscores/__init__.py").is_file():
-        parser.error(f"argument --against: {options.against} is no checkout of alignscores")
+        parser.error(f"argument --against: {options.against} is not a checkout of alignscores")
     if options.against:
         return compare(options)
     columns = {f"{n:,}": draw(1, n) for n in SIZES if n <= options.largest}

@@ -27,7 +27,7 @@ __all__ = ["main"]
 PUBLISHED = Path(__file__).with_name("published")
 DIGITS = 6
 TOLERANCE = 1e-5  # relative: the last digits of a trial depend on the processor
-SHOWN = 3  # differences of a table
+N_SHOWN = 3  # differences of a table
 NOT_SET = ("changes", "selections")  # of a sweep: they are in no file of settings
 
 
@@ -76,8 +76,8 @@ def _work(options: Namespace) -> list[str]:
 
 
 def _list(differences: Sequence[str]) -> str:
-    n_more = len(differences) - SHOWN
-    return "; ".join([*differences[:SHOWN], *([f"{n_more} more"] if n_more > 0 else [])])
+    n_more = len(differences) - N_SHOWN
+    return "; ".join([*differences[:N_SHOWN], *([f"{n_more} more"] if n_more > 0 else [])])
 
 
 def _read(path: Path) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""What the commands of the study share: an error is one line without a traceback."""
+"""Errors of the study's commands: one line without a traceback."""
 
 import sys
 from argparse import ArgumentParser, Namespace

@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import field, fields
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
@@ -58,7 +59,7 @@ EXPERIMENTS = (
 """The paper's experiments; other files in ``configs/experiment`` are the user's."""
 
 STRICT = ConfigDict(strict=True, extra="forbid")
-SHOWN = 3  # problems of a file: a key that is missing is often one that is misspelt
+N_SHOWN = 3  # problems of a file: a key that is missing is often one that is misspelt
 
 T = TypeVar("T")
 
@@ -238,8 +239,18 @@ def hydra_errors(overrides: str) -> Iterator[None]:
         yield
     except (HydraException, OmegaConfBaseException) as error:
         reason = str(error).splitlines()[0].rstrip(".")
-        problem = f"cannot read {overrides}: {reason}"
-        raise ConfigError(f"{problem}; run: python -m experiments.run --help") from None
+        nearest = _nearest_name(reason)
+        advice = f"did you mean {nearest}?" if nearest else "run: python -m experiments.run --help"
+        raise ConfigError(f"cannot read {overrides}: {reason}; {advice}") from None
+
+
+def _nearest_name(reason: str) -> str:
+    """Return the experiment or setting nearest to the unknown name in Hydra's message, if any."""
+    unknown = re.search(r"Could not (?:find 'experiment/|override ')([^']+)'", reason)
+    names = [*experiment_names(), *(item.name for item in fields(Sweep)), *EXECUTION]
+    names += flat(TypeAdapter(MetricOptions).dump_python(MetricOptions()))
+    near = get_close_matches(unknown[1], names, n=1) if unknown else []
+    return near[0] if near else ""
 
 
 def container(config: "DictConfig") -> dict[str, Any]:
@@ -287,17 +298,17 @@ def settings_file(results: Path, table: str, sweeps: Sequence[Sweep]) -> Path:
     So the rule runs again whoever wrote the table, with or without a record by Snakemake.
     """
     path, record = results / "settings" / f"{table}.json", results / f"{table}.json"
-    wanted = json.loads(json.dumps(TypeAdapter(list[Sweep]).dump_python(list(sweeps))))
+    expected = json.loads(json.dumps(TypeAdapter(list[Sweep]).dump_python(list(sweeps))))
     recorded, written = _sweeps(record), _sweeps(path)
-    content: dict[str, Any] = {"sweeps": wanted}
-    if recorded not in (None, wanted):  # Snakemake compares what is in the file, too
+    content: dict[str, Any] = {"sweeps": expected}
+    if recorded not in (None, expected):  # Snakemake compares what is in the file, too
         content["not_in"] = f"{record}, written at {record.stat().st_mtime_ns} ns"
-    elif written == wanted:
+    elif written == expected:
         return path
     text = json.dumps(content, indent=2) + "\n"
     if not path.exists() or path.read_text("utf-8") != text:
         write_whole(path, text.encode())
-        if recorded == wanted:
+        if recorded == expected:
             os.utime(path, (0, 0))
     return path
 
@@ -327,5 +338,5 @@ def read_yaml(path: Path, schema: type[T]) -> T:
     try:
         return TypeAdapter(schema).validate_python({} if content is None else content)
     except ValidationError as error:
-        reasons = "; ".join(" ".join(problem).strip() for problem in problems(error)[:SHOWN])
+        reasons = "; ".join(" ".join(problem).strip() for problem in problems(error)[:N_SHOWN])
         raise ConfigError(f"{path}: {reasons}") from None

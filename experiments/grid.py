@@ -41,12 +41,12 @@ def evaluations(sweep: Sweep) -> dict[Cell, list[str]]:
     grid = cells(sweep)
     if not sweep.selections:
         return dict.fromkeys(grid, sweep.metrics)
-    wanted: dict[Cell, list[str]] = {}
+    metrics_of: dict[Cell, list[str]] = {}
     for selection in sweep.selections:
         for cell in (cell for cell in grid if cell.matches(selection.where)):
-            metrics = wanted.setdefault(cell, [])
+            metrics = metrics_of.setdefault(cell, [])
             metrics += [metric for metric in selection.metrics if metric not in metrics]
-    return wanted
+    return metrics_of
 
 
 CELL_SETTINGS = tuple(setting.name for setting in fields(Cell))

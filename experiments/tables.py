@@ -52,7 +52,7 @@ class TableError(CommandError):
 
 @dataclass(frozen=True)
 class Record:
-    """What a table of trials rests on: the settings, and the versions that it was made with."""
+    """Provenance of a table of trials: its settings, and the versions that computed it."""
 
     sweeps: tuple[Sweep, ...]
     origin: Mapping[str, Any]  # package versions, commit, Python and platform

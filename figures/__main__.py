@@ -133,7 +133,8 @@ def write_figure(figure: Figure, paths: Sequence[Path], title: str) -> list[Path
     for path in paths:
         if path.suffix not in metadata:
             raise CommandError(f"cannot write {path}: a figure is a .pdf or a .png")
-    figure.draw_without_rendering()
+    if engine := figure.get_layout_engine():
+        engine.execute(figure)
     figure.set_layout_engine("none")  # the layout is done once, and is the same in all files
     files: dict[Path, bytes] = {}
     for path in paths:

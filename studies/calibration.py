@@ -24,7 +24,8 @@ from alignscores.comparison.statistics import (
 )
 from alignscores.comparison.summary import Design, checked, pairs_of
 
-__all__ = ["SCATTERS", "Case", "failing_gates", "found", "found_dependent", "of_many", "tails"]
+__all__ = ["SCATTERS", "Case", "failing_gates", "many_systems", "significant_share", "tails"]
+__all__ += ["significant_share_in", "worst_cases"]
 
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Floats]
 
@@ -43,41 +44,44 @@ SCATTERS: Mapping[str, Draw] = {
 
 @dataclass(frozen=True)
 class Case:
-    """Two systems: by default equal; the first one may be better, vary more, or choose."""
+    """Two systems, equal by default; the first may be better, vary more, or choose its runs."""
 
     sequences: int = 1
     runs: tuple[int, int] = (5, 5)
     scatter: str = "normal"
-    better: float = 0.0  # in standard deviations of normal runs
-    wider: float = 1.0
+    shift: float = 0.0  # by which the first is better, in standard deviations of normal runs
+    scale: float = 1.0  # how many times as much it varies
     shared: float = 0.0  # share of the variance that runs of a name share over the sequences
-    kept: int | None = None  # the best runs of the first system that are reported
+    n_best_runs: int | None = None  # as many of its runs are reported, its best ones
     copies: int = 1  # of each of these, with so small changes that no score is the same
-    effects: float = 0.0  # standard deviation of what is particular to a system on a sequence
-    chosen: int | None = None  # the sequences that the first system hands in: its best ones
+    effects: float = 0.0  # standard deviation of a system's mean between sequences
+    n_best_sequences: int | None = None  # it hands in as many sequences, its best ones
     expect_all: bool = False  # whether it failed on the others
 
     def draw(self, rng: np.random.Generator, draws: int) -> list[tuple[Floats, Floats]]:
         """Return the values of the runs of both systems on each sequence, (draws, runs)."""
         values = []
         for n in self.runs:
-            own = SCATTERS[self.scatter](rng, (self.sequences, draws, n))
-            of_name = SCATTERS[self.scatter](rng, (1, draws, n))
-            of_sequence = self.effects * rng.normal(size=(self.sequences, draws, 1))
-            mixed = np.sqrt(1 - self.shared) * own + np.sqrt(self.shared) * of_name
-            values.append(mixed + of_sequence)
-        first, second = values[0] * self.wider + self.better, values[1]
-        if self.kept is not None:
-            first = np.sort(first, axis=-1)[..., -self.kept :].repeat(self.copies, axis=-1)
+            independent = SCATTERS[self.scatter](rng, (self.sequences, draws, n))
+            common = SCATTERS[self.scatter](rng, (1, draws, n))
+            effects = self.effects * rng.normal(size=(self.sequences, draws, 1))
+            mixed = np.sqrt(1 - self.shared) * independent + np.sqrt(self.shared) * common
+            values.append(mixed + effects)
+        first, second = values[0] * self.scale + self.shift, values[1]
+        if self.n_best_runs is not None:
+            first = np.sort(first, axis=-1)[..., -self.n_best_runs :].repeat(self.copies, axis=-1)
             first += 1e-9 * np.arange(first.shape[-1])
-        if self.chosen is not None:
+        if self.n_best_sequences is not None:
             lead = first.mean(axis=-1, keepdims=True) - second.mean(axis=-1, keepdims=True)
             order = np.argsort(-lead, axis=0)
-            first, second = (np.take_along_axis(own, order, axis=0) for own in (first, second))
+            first, second = (
+                np.take_along_axis(values, order, axis=0) for values in (first, second)
+            )
             if self.expect_all:  # a failed run is below all others
-                first[self.chosen :] = second.min() - 1 - rng.random(first[self.chosen :].shape)
+                failed = first[self.n_best_sequences :]
+                failed[:] = second.min() - 1 - rng.random(failed.shape)
             else:
-                first, second = first[: self.chosen], second[: self.chosen]
+                first, second = first[: self.n_best_sequences], second[: self.n_best_sequences]
         return list(zip(first, second, strict=True))
 
 
@@ -89,7 +93,7 @@ def tails(runs: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
     """
     sizes = [(a.shape[-1] + b.shape[-1], a.shape[-1]) for a, b in runs]
     wins = [np.tri(size, k=-1) + np.eye(size) / 2 for size, _ in sizes]  # of ranks
-    ranked = [np.argsort(np.concatenate(own, axis=-1), axis=-1) for own in runs]
+    ranked = [np.argsort(np.concatenate(pair, axis=-1), axis=-1) for pair in runs]
     labels = [(order < n).astype(float) for order, (_, n) in zip(ranked, sizes, strict=True)]
     statistic = studentised(wins, labels)
     permuted, combined = permuted_labels(sizes)
@@ -100,27 +104,47 @@ def tails(runs: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
     return 1 - below / len(expected), np.asarray(worse)
 
 
-def found(case: Case, draws: int, *, ahead: bool = False) -> float:
+def significant_share(
+    case: Case, draws: int, *, ahead: bool = False, dependent: bool = False, seed: int = 0
+) -> float:
     """Return the share of the draws, in per cent, in which the systems differ significantly.
 
-    With `ahead` only the first one may be better. Each case has draws of its own, so that the
-    shares of several cases are independent.
+    With `ahead` only the first one may be better; with `dependent` runs of a name are one value.
+    The draws of each case are independent of those of all others.
     """
-    runs = case.draw(np.random.default_rng(list(repr(case).encode())), draws)
+    runs = case.draw(np.random.default_rng([seed, *repr(case).encode()]), draws)
     if sum(min(a.shape[-1], b.shape[-1]) for a, b in runs) < MIN_RUNS:
         return 0.0
-    better, worse = tails(runs)
-    return 100 * float(np.mean(2 * (better if ahead else np.minimum(better, worse)) <= LEVEL))
+    if dependent:
+        pairs = ([(a[draw], b[draw]) for a, b in runs] for draw in range(draws))
+        p = np.array([permutation_test(pair, dependent=True).p for pair in pairs])
+    else:
+        better, worse = tails(runs)
+        p = 2 * (better if ahead else np.minimum(better, worse))
+    return 100 * float(np.mean(p <= LEVEL))
 
 
-def found_dependent(case: Case, draws: int) -> float:
-    """Return the same share where runs of a name count as one value."""
-    runs = case.draw(np.random.default_rng(list(repr(case).encode())), draws)
-    p = [
-        permutation_test([(a[draw], b[draw]) for a, b in runs], dependent=True).p
-        for draw in range(draws)
+def worst_cases(draws: int, n: int = 10) -> dict[str, float]:
+    """Return the largest shares of false alarms where one of two equal systems varies more.
+
+    The cases are 3 to 10 runs of each on 1, 2 and 6 sequences, where the first system varies 3 or
+    10 times as much. The worst ones by a first set of draws get 40 times as many new draws, so that
+    none is among them by chance.
+    """
+    n_runs = range(3, 11)
+    cases = [
+        Case(sequences, (a, b), scatter, scale=scale)
+        for scale, sequences, a, b, scatter in product(
+            (3.0, 10.0), (1, 2, 6), n_runs, n_runs, SCATTERS
+        )
     ]
-    return 100 * float(np.mean(np.array(p) <= LEVEL))
+    by_first_draws = sorted(cases, key=lambda case: significant_share(case, draws // 4, seed=1))
+    return {
+        f"{case.runs} on {case.sequences}, {case.scale:g} times, {case.scatter}": (
+            significant_share(case, 10 * draws)
+        )
+        for case in by_first_draws[-n:]
+    }
 
 
 def _table(values: Floats, systems: Sequence[str]) -> pd.DataFrame:
@@ -132,11 +156,11 @@ def _table(values: Floats, systems: Sequence[str]) -> pd.DataFrame:
     return pd.Series(values.ravel(), index, name="PAS").reset_index()
 
 
-def of_many(means: Sequence[float], draws: int, sequences: int = 1) -> tuple[float, float]:
-    """Return which share of the true differences of systems is found, and which share is false.
+def many_systems(means: Sequence[float], draws: int, sequences: int = 1) -> tuple[float, float]:
+    """Return the share of the true differences of systems that are significant, in per cent.
 
-    Each has five runs on each sequence, and its mean in standard deviations. The second share is of
-    the differences that are called significant, the mean over draws, in per cent as the first.
+    The second value is the share of false ones among the significant differences, the mean over
+    draws. Each system has five runs on each sequence; `means` are in standard deviations.
     """
     rng = np.random.default_rng(0)
     names = [f"s{k}" for k in range(len(means))]
@@ -148,10 +172,10 @@ def of_many(means: Sequence[float], draws: int, sequences: int = 1) -> tuple[flo
         better, other = pairs["a"].map(mean), pairs["b"].map(mean)
         differ = better != other
         ahead = pairs["a"].where(better > other, pairs["b"])
-        called = pairs["better"].notna()
-        right = called & differ & (pairs["better"] == ahead)
+        significant = pairs["better"].notna()
+        right = significant & differ & (pairs["better"] == ahead)
         powers.append(right.sum() / max(differ.sum(), 1))
-        false_shares.append((called & ~right).sum() / max(called.sum(), 1))
+        false_shares.append((significant & ~right).sum() / max(significant.sum(), 1))
     return 100 * float(np.mean(powers)), 100 * float(np.mean(false_shares))
 
 
@@ -170,8 +194,8 @@ def failing_gates(
     rng = np.random.default_rng(0)
 
     def drawn(n: int) -> Floats:
-        own, of_name = (rng.standard_t(2.5, (2, k, n, 5)) for k in (sequences, 1))
-        return np.asarray(np.sqrt(1 - shared) * own + np.sqrt(shared) * of_name)
+        independent, common = (rng.standard_t(2.5, (2, k, n, 5)) for k in (sequences, 1))
+        return np.asarray(np.sqrt(1 - shared) * independent + np.sqrt(shared) * common)
 
     smallest = []
     for saved in np.moveaxis(drawn(baselines), 2, 0):
@@ -179,24 +203,24 @@ def failing_gates(
         for now, before in zip(drawn(builds), saved, strict=True):  # of a system
             runs = [(a, np.tile(b, (builds, 1))) for a, b in zip(now, before, strict=True)]
             if design == "dependent":
-                of_build = ([(a[k], b[k]) for a, b in runs] for k in range(builds))
-                p.append([permutation_test(own, dependent=True).worse for own in of_build])
+                by_build = ([(a[k], b[k]) for a, b in runs] for k in range(builds))
+                p.append([permutation_test(pair, dependent=True).worse for pair in by_build])
             else:
                 p.append(tails(runs)[1].tolist())
-        smallest.append(np.minimum(1, 2 * np.min(p, axis=0)))  # Holm's least p-value of two
+        smallest.append(np.minimum(1, 2 * np.min(p, axis=0)))  # Holm's smaller p-value of two
     return np.array(smallest)
 
 
-def found_in(runs: pd.DataFrame, by: str, draws: int, n: int = 5) -> pd.DataFrame:
+def significant_share_in(runs: pd.DataFrame, by: str, draws: int, n: int = 5) -> pd.DataFrame:
     """Return how often n drawn runs of two systems differ significantly on each sequence.
 
-    A third column has it for two halves of the first system, which is equal to itself.
+    The third column is for two halves of the runs of the first system, which is equal to itself.
     """
     rng = np.random.default_rng(0)
     a, b = list(dict.fromkeys(runs["system"]))[:2]
     rows = []
-    for sequence, own in runs.groupby("sequence", sort=False):
-        x, y = (own.loc[own["system"] == name, by].to_numpy(float) for name in (a, b))
+    for sequence, group in runs.groupby("sequence", sort=False):
+        x, y = (group.loc[group["system"] == name, by].to_numpy(float) for name in (a, b))
         halves, power = [], []
         for _ in range(draws):
             first = rng.permutation(x)
@@ -215,7 +239,11 @@ def main() -> None:
     arguments = parser.parse_args()
     draws = arguments.draws
     if arguments.runs:
-        print(found_in(read_runs(arguments.runs), arguments.by, draws).round(1).to_string())
+        print(
+            significant_share_in(read_runs(arguments.runs), arguments.by, draws)
+            .round(1)
+            .to_string()
+        )
         return
 
     def show(title: str, rows: Mapping[str, Sequence[float]], columns: Sequence[object]) -> None:
@@ -225,57 +253,63 @@ def main() -> None:
     sizes = [(3, 3), (5, 5), (10, 10), (3, 10), (5, 10), (10, 3), (10, 5)]
     rows: dict[str, Sequence[float]] = {}
     largest = 0.0
-    for wider, sequences in product((1.0, 10.0), (1, 2, 6)):
+    for scale, sequences in product((1.0, 10.0), (1, 2, 6)):
         # The ranks of equal systems do not depend on how their runs scatter.
-        scatters = list(SCATTERS) if wider > 1 else ["normal"]
+        scatters = list(SCATTERS) if scale > 1 else ["normal"]
         cells = [
-            [found(Case(sequences, n, scatter, wider=wider), draws) for scatter in scatters]
+            [
+                significant_share(Case(sequences, n, scatter, scale=scale), draws)
+                for scatter in scatters
+            ]
             for n in sizes
         ]
-        rows[f"{wider:g} times, {sequences} sequences"] = [float(np.mean(cell)) for cell in cells]
+        rows[f"{scale:g} times, {sequences} sequences"] = [float(np.mean(cell)) for cell in cells]
         largest = max(largest, *(max(cell) for cell in cells))
     show("False alarms, %: the first system varies as much, or 10 times as much", rows, sizes)
     print(f"mean over {', '.join(SCATTERS)}; the largest single value: {largest:.1f}")
+    rows = {name: [share] for name, share in worst_cases(draws).items()}
+    show("False alarms, %: the worst of all, 3 to 10 runs, 3 or 10 times as much", rows, ["%"])
     rows = {
         f"{scatter}, {sequences} sequences": [
-            found(Case(sequences, n, scatter, better=1.0), draws) for n in sizes[:5]
+            significant_share(Case(sequences, n, scatter, shift=1.0), draws) for n in sizes[:5]
         ]
         for scatter, sequences in product(("normal", "10 % gross"), (1, 6))
     }
     show("Found, %: the first system is better by 1 sd", rows, sizes[:5])
+    rows = {}
+    for sequences in (2, 6, 11):
+        alike, wide = Case(sequences, shared=0.5), Case(sequences, shared=0.8, scale=10.0)
+        shares = [significant_share(alike, draws)]
+        for case in (alike, wide, replace(wide, runs=(5, 7))):
+            shares.append(significant_share(case, draws // 2, dependent=True))
+        rows[f"{sequences} sequences"] = shares
+    columns = ["independent", "dependent", "80 %, 10 times as much", "likewise, 5 against 7 runs"]
+    show("False alarms, %: runs of a name share half of the variance", rows, columns)
+    n_tables = draws // 100
     rows = {
-        f"{sequences} sequences": [
-            found(Case(sequences, shared=0.5), draws),
-            found_dependent(Case(sequences, shared=0.5), draws // 10),
-        ]
-        for sequences in (2, 6, 11)
+        "five equal, others 2 sd apart": many_systems([0] * 5 + [2, 4, 6, 8, 10], n_tables),
+        "all equal": many_systems([0] * 10, n_tables),
+        "3 sd apart": many_systems([3 * k for k in range(10)], n_tables),
     }
-    show("False alarms, %: runs of a name share half", rows, ["independent", "dependent"])
-    many = draws // 100
-    rows = {
-        "five equal, others 2 sd apart": of_many([0] * 5 + [2, 4, 6, 8, 10], many),
-        "all equal": of_many([0] * 10, many),
-        "3 sd apart": of_many([3 * k for k in range(10)], many),
-    }
-    show("Ten systems, five runs, one sequence, %", rows, ["found", "false of those called"])
+    show("Ten systems, five runs, one sequence, %", rows, ["found", "false among the significant"])
     six = Case(sequences=6, effects=1.0)
-    chosen = {
+    cases = {
         "five runs": Case(),
         "50 runs": Case(runs=(50, 5)),
-        "its best 5 of 10 runs": Case(runs=(10, 5), kept=5),
-        "its best of 10 runs, five times": Case(runs=(10, 5), kept=1, copies=5),
-        "one run, five times": Case(runs=(1, 5), kept=1, copies=5),
+        "its best 5 of 10 runs": Case(runs=(10, 5), n_best_runs=5),
+        "its best of 10 runs, five times": Case(runs=(10, 5), n_best_runs=1, copies=5),
+        "one run, five times": Case(runs=(1, 5), n_best_runs=1, copies=5),
         "6 sequences, 1 sd between systems on each": six,
-        "the 3 of these 6 where it is best": replace(six, chosen=3),
-        "the same, with --expect_all": replace(six, chosen=3, expect_all=True),
+        "the 3 of these 6 where it is best": replace(six, n_best_sequences=3),
+        "the same, with --expect_all": replace(six, n_best_sequences=3, expect_all=True),
     }
-    rows = {name: [found(case, draws, ahead=True)] for name, case in chosen.items()}
+    rows = {name: [significant_share(case, draws, ahead=True)] for name, case in cases.items()}
     show("Ahead, %: one of two equal systems, which hands in", rows, ["of five runs"])
     gates = {
-        "2 sequences": failing_gates(draws // 100),
-        "6 sequences, half shared": failing_gates(draws // 100, shared=0.5, sequences=6),
+        "2 sequences": failing_gates(n_tables),
+        "6 sequences, half shared": failing_gates(n_tables, shared=0.5, sequences=6),
         "the same, --runs dependent": failing_gates(
-            draws // 100, shared=0.5, design="dependent", sequences=6
+            n_tables, shared=0.5, design="dependent", sequences=6
         ),
     }
     for level in (0.05, GATE_LEVEL, 0.001):

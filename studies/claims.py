@@ -69,16 +69,16 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
             experiment, settings = claim.trials
             sweep = load_experiment([f"experiment={experiment}", *overrides, *settings])
             selections_of[claim.trials] = sweep, []
-        sweep, wanted = selections_of[claim.trials]
+        sweep, selections = selections_of[claim.trials]
         needed_cells(claim, sweep)
-        wanted += [selection for selection in _selections(claim) if selection not in wanted]
+        selections += [selection for selection in _selections(claim) if selection not in selections]
     sweeps = []
-    for (_, settings), (sweep, wanted) in selections_of.items():
+    for (_, settings), (sweep, selections) in selections_of.items():
         metrics = list(
-            dict.fromkeys(metric for selection in wanted for metric in selection.metrics)
+            dict.fromkeys(metric for selection in selections for metric in selection.metrics)
         )
         changes = " ".join(settings)
-        sweeps.append(replace(sweep, changes=changes, metrics=metrics, selections=wanted))
+        sweeps.append(replace(sweep, changes=changes, metrics=metrics, selections=selections))
     return sweeps
 
 
@@ -226,16 +226,18 @@ def decide(
         `population_changed`, and `changes`: the former, with what they are.
     """
     originals, readings = list(claims.claims.values()), list(claims.read())
-    wanted = [(claim, claims.replicates) for claim in originals]
+    evaluations = [(claim, claims.replicates) for claim in originals]
     for _, reading, changed in readings:
-        wanted += [(claim, claims.n_studies(reading)) for claim in changed.values()]
+        evaluations += [(claim, claims.n_studies(reading)) for claim in changed.values()]
     tasks = [
-        ([claim for claim, n in wanted if number < n], trials)
+        ([claim for claim, n in evaluations if number < n], trials)
         for number, trials in enumerate(replicates)
     ]
-    values: list[list[float]] = [[] for _ in wanted]
+    values: list[list[float]] = [[] for _ in evaluations]
     for number, evaluated in enumerate(Parallel(n_jobs)(starmap(delayed(_evaluate), tasks))):
-        deciding = [column for column, (_, n) in zip(values, wanted, strict=True) if number < n]
+        deciding = [
+            column for column, (_, n) in zip(values, evaluations, strict=True) if number < n
+        ]
         for column, value in zip(deciding, evaluated, strict=True):
             column.append(value)
     arrays = iter(map(np.array, values))

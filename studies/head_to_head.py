@@ -118,8 +118,8 @@ def _ranked(trials: Trials, setting: str) -> list[dict[str, object]]:
         if metric != best:
             difference = order.estimate(shares[metric] - shares[best])
             row |= {"difference": 100 * difference.probability, "p": difference.p_value}
-        by_outliers = _apart(trials.table, setting, metric, "n_outliers")
-        by_cameras = _apart(trials.table, setting, metric, "n_cameras")
+        by_outliers = _orders_within(trials.table, setting, metric, "n_outliers")
+        by_cameras = _orders_within(trials.table, setting, metric, "n_cameras")
         needed = [order.needed(level) for level in by_outliers.values() or [estimates[metric]]]
         row |= {"trials": sum(needed) / len(needed)}
         row |= {f"at {n} outliers": 100 * level.probability for n, level in by_outliers.items()}
@@ -128,7 +128,7 @@ def _ranked(trials: Trials, setting: str) -> list[dict[str, object]]:
     return rows
 
 
-def _apart(trials: pd.DataFrame, level: str, metric: str, setting: str) -> dict[int, Order]:
+def _orders_within(trials: pd.DataFrame, level: str, metric: str, setting: str) -> dict[int, Order]:
     """Return the order at each value of a setting, where it varies besides the level."""
     if level == setting or not order.varies(trials, setting):
         return {}

@@ -15,7 +15,7 @@ import pandas as pd
 import scipy
 
 from alignscores.arrays import Floats
-from alignscores.comparison.statistics import LEVEL, beats, wins
+from alignscores.comparison.statistics import LEVEL, beats, win_probability
 from experiments.grid import CELL_SETTINGS
 from experiments.metrics import metric as find
 
@@ -117,7 +117,7 @@ def orders(trials: pd.DataFrame, metric: str, level: str) -> list[float]:
         [-sign(metric) * values.to_numpy() for _, values in group.groupby(level)[metric]]
         for group in groups(trials, level)
     ]
-    return [wins(list(pairwise(of_levels))) for of_levels in samples]
+    return [win_probability(list(pairwise(of_levels))) for of_levels in samples]
 
 
 def trials_needed(probability: float) -> float:

@@ -1,4 +1,4 @@
-"""What the plans of the studies share: the paper's experiments, and errors that name a setting."""
+"""Common to the studies' plans: the paper's experiments, and errors that name a setting."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager

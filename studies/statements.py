@@ -1,4 +1,4 @@
-"""What the paper claims, and which trials can tell: ``configs/claims.yaml``, typed and checked."""
+"""Claims of the paper, and the trials that decide them: ``configs/claims.yaml``, typed."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -62,8 +62,8 @@ class Claim:
             require(bool(getattr(self, key)), f"needs {key!r} for its statistic")
         local = "at" in self.rule.keys
         require(local or not self.at, "has 'at', which its statistic does not take")
-        has_one = (self.paper is None) != (self.criterion is None)
-        require(has_one, "needs either a number of the paper or a criterion")
+        has_target = (self.paper is None) != (self.criterion is None)
+        require(has_target, "needs either a number of the paper or a criterion")
         if self.criterion is not None:
             relation, number = self.bound
             is_bounded = relation in BOUNDS and isfinite(number)
@@ -72,7 +72,7 @@ class Claim:
 
     @property
     def rule(self) -> Statistic:
-        """What its statistic is."""
+        """The entry of its statistic."""
         return STATISTICS[self.statistic]
 
     @property
@@ -187,7 +187,7 @@ class Reading:
 
 @dataclass(frozen=True, config=KNOWN_KEYS)
 class Decision:
-    """What was decided where the paper is silent or contradicts itself."""
+    """A decision where the paper is silent or contradicts itself."""
 
     id: str
     question: str
@@ -260,8 +260,8 @@ class Claims:
 
     def under(self, decision: Decision, reading: Reading) -> dict[str, Claim]:
         """Return the claims that a reading changes, as they are then."""
-        named = decision.claims or self.claims
-        pairs = ((name, self.claims[name], reading.of(self.claims[name])) for name in named)
+        names = decision.claims or self.claims
+        pairs = ((name, self.claims[name], reading.of(self.claims[name])) for name in names)
         return {name: changed for name, claim, changed in pairs if changed != claim}
 
 
@@ -302,12 +302,12 @@ def _expand(group: _Group, entry: Mapping[str, Any]) -> Iterator[Claim]:
                 values[key] = values[key].replace("{metric}", name)
         if isinstance(values.get("implied_by"), list):
             values["implied_by"] = [str(n).replace("{metric}", slug) for n in values["implied_by"]]
-        with _named(values, f"a claim of {group.source}"):
+        with _errors_named(values, f"a claim of {group.source}"):
             yield Claim(**values)
 
 
 def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision:
-    with _named(entry, "a decision"):
+    with _errors_named(entry, "a decision"):
         decision = Decision(**entry)
     for name in decision.claims:
         if name not in claims:
@@ -316,7 +316,7 @@ def _decision(entry: Mapping[str, Any], claims: Mapping[str, Claim]) -> Decision
 
 
 @contextmanager
-def _named(entry: Mapping[str, Any], otherwise: str) -> Iterator[None]:
+def _errors_named(entry: Mapping[str, Any], otherwise: str) -> Iterator[None]:
     """Raise errors that name the part of the file that is wrong, by its id if it has one."""
     try:
         yield

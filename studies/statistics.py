@@ -149,8 +149,8 @@ def order_change_size(
 ) -> float:
     """Change, up or down, of the probability of the right order from some cells to others."""
     shares = (order_percentages(select(trials, where), metric, level) for where in (after, before))
-    now, then = map(SUMMARIES[take], shares)
-    return float(abs(now - then))
+    at_after, at_before = map(SUMMARIES[take], shares)
+    return float(abs(at_after - at_before))
 
 
 def initial_response(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
@@ -184,7 +184,7 @@ def _groups(trials: pd.DataFrame, level: Sequence[str]) -> Iterator[tuple[str, p
 
 @dataclass(frozen=True)
 class Statistic:
-    """What can decide a claim: computed from trials, a metric and keys of the claim."""
+    """A number that decides a claim: computed from trials, a metric and keys of the claim."""
 
     function: Callable[..., float]
     text: str  # with the names of keys in braces

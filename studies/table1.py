@@ -225,7 +225,7 @@ def _checked(experiment: Trials) -> pd.DataFrame:
     path, trials, name = experiment.path, experiment.table, experiment.sweep.name
     noise = trials["sigma_t"].nunique() * trials["sigma_r_deg"].nunique()
     if noise < 2:
-        raise TableError(path, "has one noise level, which nothing can be correlated with")
+        raise TableError(path, "has only one noise level: nothing can be correlated with it")
     if name in LENGTHS:
         if trials["n_cameras"].nunique() < 2:
             raise TableError(path, "has one number of cameras")

@@ -21,7 +21,7 @@ from ..comparison.comparison import (
 )
 from ..comparison.gate import WORSE, Condition, conditions_of, reasons_to_fail
 from ..comparison.runs import SCORES
-from ..comparison.summary import Design, measured
+from ..comparison.summary import Design, metric_columns
 from ..comparison.tables import as_latex, problems_of
 from ..evaluation.settings import Settings
 from ..io import FORMATS
@@ -61,7 +61,7 @@ EVERYDAY = {
 }
 FILES = (
     "patterns of the references and of the estimates, with {sequence}, {system} and {run}; or one "
-    "YAML file; or one CSV file with a row a run: system, sequence, run and any metric"
+    "YAML file; or one CSV file with a row for each run: system, sequence, run and any metric"
 )
 FAIL_ON = (
     "exit with 3 if one holds for a system: 'PAS<0.8,half>0.1,lost>5%%,failed>0'; with --baseline "
@@ -142,11 +142,11 @@ def _run(argv: Sequence[str]) -> int:
     if arguments.paired and arguments.runs == "dependent":
         parser.error("--paired and --runs dependent exclude each other")
     table = _table(arguments)
-    names = [*SCORES, *settings.metrics] if table is None else measured(table, arguments.by)
+    names = [*SCORES, *settings.metrics] if table is None else metric_columns(table, arguments.by)
     gate = _gate(parser, arguments, names)
     benchmark = None if table is not None else _benchmark(parser, arguments, settings)
     if arguments.dry_run and benchmark:
-        return _show_found(benchmark)
+        return _list_files(benchmark)
     if arguments.show != "text":
         needed_by(arguments.show)
     outputs = files_of(arguments, IN_FOLDER)
@@ -259,13 +259,13 @@ def _gate(parser: Parser, arguments: argparse.Namespace, names: Sequence[str]) -
 
 def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings) -> Benchmark:
     """Find the files of two patterns, or read a YAML file."""
-    form = arguments.files[0] if arguments.files[0] in FORMATS else None
-    files = arguments.files[1:] if form else arguments.files
+    format_name = arguments.files[0] if arguments.files[0] in FORMATS else None
+    files = arguments.files[1:] if format_name else arguments.files
     if len(files) not in (1, 2):
-        forms = f"a format ({', '.join(FORMATS)}) and two patterns, or one YAML or CSV file"
-        parser.error(f"give {forms}; `alignscores REF EST EST` scores single files")
+        expected = f"a format ({', '.join(FORMATS)}) and two patterns, or one YAML or CSV file"
+        parser.error(f"give {expected}; `alignscores REF EST EST` scores single files")
     reference, estimate = files if files[1:] else (files[0], None)
-    settings = replace(settings, format=form)
+    settings = replace(settings, format=format_name)
     return find_benchmark(reference, estimate, settings, arguments.expect_all)
 
 
@@ -288,8 +288,8 @@ def _inputs(benchmark: Benchmark | None, arguments: argparse.Namespace) -> list[
     return [*files, *arguments.files, *frames, *baseline]
 
 
-def _show_found(benchmark: Benchmark) -> int:
-    """Print what is found and what is left out; return the exit code."""
+def _list_files(benchmark: Benchmark) -> int:
+    """Print the files of a benchmark and what is left out; return the exit code."""
     for problem in benchmark.problems:
         print_error(problem)
     for sequence, reference in benchmark.references.items():

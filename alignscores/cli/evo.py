@@ -49,7 +49,7 @@ def add_alignment(add: Callable[..., Any]) -> None:
 def alignment_of(
     arguments: argparse.Namespace, default: str, error: Callable[[str], NoReturn]
 ) -> str:
-    """Return the alignment that ``-a`` and ``-s`` name, otherwise that of ``--alignment``."""
+    """Return the alignment that ``-a`` and ``-s`` name, otherwise the value of ``--alignment``."""
     chosen: str = arguments.alignment
     if arguments.correct_scale and not arguments.align:
         error(
@@ -58,10 +58,10 @@ def alignment_of(
         )
     if not arguments.align:
         return chosen
-    named, option = ("similarity", "-as") if arguments.correct_scale else ("rigid", "-a")
-    if chosen not in (default, named):
-        error(f"{option} is --alignment {named}, and --alignment is {chosen}; leave one out")
-    return named
+    alignment, option = ("similarity", "-as") if arguments.correct_scale else ("rigid", "-a")
+    if chosen not in (default, alignment):
+        error(f"{option} is --alignment {alignment}, and --alignment is {chosen}; leave one out")
+    return alignment
 
 
 def add_pose_relation(add: Callable[..., Any]) -> None:
@@ -72,10 +72,11 @@ def add_pose_relation(add: Callable[..., Any]) -> None:
 
 def check_pose_relation(arguments: argparse.Namespace, error: Callable[[str], NoReturn]) -> None:
     """Check that ``-r`` names an error that is computed."""
-    named = arguments.pose_relation
-    if named == POSITIONS or arguments.save_results:
+    relation = arguments.pose_relation
+    if relation == POSITIONS or arguments.save_results:
         return
-    metric = f"--metrics {VALUES[named]} is evo's value; " if named in VALUES else ""
+    metric = f"--metrics {VALUES[relation]} is evo's value; " if relation in VALUES else ""
     error(
-        f"-r {named}: positions and rotations are always scored; {metric}-r is for --save_results"
+        f"-r {relation}: positions and rotations are always scored; {metric}"
+        "-r is for --save_results"
     )

@@ -1,4 +1,4 @@
-"""What both commands print and write: notes, errors, progress, and a file an option."""
+"""Output of both commands: notes, errors, progress, and the file of each option."""
 
 import argparse
 import shutil
@@ -22,7 +22,7 @@ __all__ += ["show_progress", "table_width"]
 
 @dataclass(frozen=True)
 class Output:
-    """What an option writes: by which suffixes, and which packages of an extra that takes."""
+    """The file that an option writes: its suffixes, and the packages of an extra that it needs."""
 
     help: str
     suffixes: tuple[str, ...] = ()

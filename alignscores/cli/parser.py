@@ -1,4 +1,4 @@
-"""What the parsers of the command share: a short and a full help, errors in one line, hints."""
+"""Base of the command's parsers: a short and a full help, errors in one line, hints."""
 
 import argparse
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -44,26 +44,26 @@ class Parser(argparse.ArgumentParser):
             if name == "format":
                 continue
             default = getattr(Settings, name)
-            kind: dict[str, Any] = {"metavar": METAVARS.get(name, about.get("numbers", "X"))}
+            keywords: dict[str, Any] = {"metavar": METAVARS.get(name, about.get("numbers", "X"))}
             if default is False:
-                kind = {"action": "store_true"}
+                keywords = {"action": "store_true"}
             elif "choices" in about:  # checked by `Settings`, like all values
-                kind = {"metavar": f"{{{','.join(about['choices'])}}}"}
+                keywords = {"metavar": f"{{{','.join(about['choices'])}}}"}
             help = f"{about['help']} (default: %(default)s)" if default else about["help"]
             if about["group"] not in self.groups:
                 self.groups[about["group"]] = self.add_argument_group(about["group"])
             add = self.groups[about["group"]].add_argument
-            add(f"--{name}", default=default, help=help, **kind)
+            add(f"--{name}", default=default, help=help, **keywords)
         add_alignment(self.groups[SCORES].add_argument)
 
     def add_outputs(self, options: Iterable[str], folder: Iterable[str]) -> None:
         """Add what both commands print and write; `folder` are the files that ``-o`` writes."""
         add = self.groups["output"].add_argument
         add("-v", "--verbose", action="store_true", help="explain the numbers")
-        only_one = self.groups["output"].add_mutually_exclusive_group().add_argument
-        for form, name in PRINTED.items():
+        add_exclusive = self.groups["output"].add_mutually_exclusive_group().add_argument
+        for option, name in PRINTED.items():
             help = f"print {name} instead of the table"
-            only_one(f"--{form}", dest="show", action="store_const", const=form, help=help)
+            add_exclusive(f"--{option}", dest="show", action="store_const", const=option, help=help)
         self.set_defaults(show="text")
         help = f"write all of {', '.join(folder)}"
         add("-o", "--output", metavar="FOLDER", type=Path, help=help)
@@ -71,8 +71,8 @@ class Parser(argparse.ArgumentParser):
             suffixes = OUTPUTS[name].suffixes
             help = OUTPUTS[name].help + (f" ({', '.join(suffixes)})" if suffixes else "")
             help += "; FILE_<name> if several" if OUTPUTS[name].each else ""
-            kind = _output_file(*suffixes) if suffixes else Path
-            add(f"--{name}", metavar="FILE", type=kind, help=help)
+            to_path = _output_file(*suffixes) if suffixes else Path
+            add(f"--{name}", metavar="FILE", type=to_path, help=help)
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Return the arguments; an unknown option ends in the nearest one, or in a hint."""
@@ -85,9 +85,9 @@ class Parser(argparse.ArgumentParser):
         for argument in unknown:
             option = argument.partition("=")[0]
             if option in self.foreign:
-                self.error(f"{option} is of `{self.foreign[option]}`")
-            known = [name for name in self._option_string_actions if name.startswith("--")]
-            near = get_close_matches(option, [*known, *self.foreign], n=1)
+                self.error(f"{option} belongs to `{self.foreign[option]}`")
+            all_options = [name for name in self._option_string_actions if name.startswith("--")]
+            near = get_close_matches(option, [*all_options, *self.foreign], n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
             self.error(f"unknown option {option}{hint}")
         if values.markdown == STDOUT and values.show != "text":

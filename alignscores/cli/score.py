@@ -85,13 +85,13 @@ OF_COMPARE = dict.fromkeys(  # options that are not of this command
 
 def score_parser() -> Parser:
     """Return the parser; its help has all options, or the everyday ones."""
-    listed = "\n".join(f"  {name:8}  {form.help}" for name, form in FORMATS.items())
+    formats = "\n".join(f"  {name:8}  {file_format.help}" for name, file_format in FORMATS.items())
     parser = Parser(
         EVERYDAY,
         OF_COMPARE,
         prog="alignscores",
         usage=USAGE,
-        description=f"{DESCRIPTION}{listed}",
+        description=f"{DESCRIPTION}{formats}",
         epilog=EPILOG,
     )
     version = f"alignscores {__version__}"
@@ -109,7 +109,7 @@ def score_parser() -> Parser:
 
 @dataclass
 class Results:
-    """What became of all files: evaluations, failures, and notes on the reference."""
+    """Results of all files: evaluations, failures, and notes on the reference."""
 
     settings: Settings
     reference: str
@@ -199,7 +199,7 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
         hint = (
             f"alignscores bag {reference} {reference} --ref_topic {estimates[0]} --est_topic NAME"
         )
-        parser.error(f"{estimates[0]} is no file; topics are options here: {hint}")
+        parser.error(f"{estimates[0]} is not a file; topics are options here: {hint}")
     settings = parser.settings(arguments)
     if not arguments.format:
         columns = settings.columns_of_reference
@@ -209,7 +209,7 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
 
 
 def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool) -> None:
-    """Score all estimates, by name; each has a format of its own where this is open."""
+    """Score all estimates, by name; each has its own format where none is set."""
     settings, file = results.settings, results.reference
     try:
         with collected_warnings() as results.notes:
@@ -311,7 +311,7 @@ def _print_table(results: Results, *, verbose: bool) -> None:
     scored = results.scored
     print(tables.text(scored, table_width()))
     print("\n".join(tables.conditions(scored)))
-    if models := tables.text_of_models(scored, most=None if verbose else SHOWN_MODELS):
+    if models := tables.text_of_models(scored, max_models=None if verbose else SHOWN_MODELS):
         print(f"\n{models}")
     if verbose and not results.settings.metrics:
         print(f"\n{tables.text_of_deficits(scored)}\n")
@@ -326,6 +326,6 @@ def _print_notes(results: Results, *, verbose: bool) -> None:
         for evaluation in results.scored
         for note in evaluation.notes
     ]
-    shown = [f"{name}: {note}" if name else note for name, note in notes]
-    for line in [*results.notes, *(shown if verbose else alike(notes))]:
+    lines = [f"{name}: {note}" if name else note for name, note in notes]
+    for line in [*results.notes, *(lines if verbose else alike(notes))]:
         print_note(line)

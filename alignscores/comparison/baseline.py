@@ -14,18 +14,18 @@ from ..io import FileError
 from ..texts import first_few, printable
 from .comparison import Comparison, finite, read_runs
 from .statistics import holm
-from .summary import checked, compared, completed, records, values_of
-from .tables import TEXT, Form, number
+from .summary import checked, compare_systems, completed, records, values_of
+from .tables import TEXT, TableStyle, number
 from .verdict import difference_text, p_text
 
 __all__ = ["GATE_LEVEL", "Changes", "changes", "changes_table", "means_of_both", "read_baseline"]
 
-GATE_LEVEL = 0.01  # of ``worse``: of 50 builds of equal systems half a one is expected to fail
+GATE_LEVEL = 0.01  # of ``worse``: among 50 builds of equal systems, 0.5 are expected to fail
 
 
 @dataclass(frozen=True, eq=False)
 class Changes:
-    """What changed against saved runs, by one metric.
+    """What changed against saved runs, by a metric.
 
     `systems` has a row for each system: its means on the sequences of both, `wins` of the new runs,
     the difference with its interval, one-sided p-values by Holm's method over the systems, and what
@@ -42,7 +42,7 @@ class Changes:
     now: pd.DataFrame
 
     @property
-    def mute(self) -> list[str]:
+    def without_power(self) -> list[str]:
         """Why systems cannot be significantly worse, whatever their runs are."""
         lines = []
         for row in records(self.systems[~(self.systems["p_smallest"] <= self.level)]):
@@ -65,7 +65,8 @@ class Changes:
     def notes(self) -> list[str]:
         """What is new or gone, and who cannot be worse."""
         lists = (("new", self.new), ("gone", self.gone))
-        return [f"{what}: {first_few(entries)}" for what, entries in lists if entries] + self.mute
+        lines = [f"{what}: {first_few(entries)}" for what, entries in lists if entries]
+        return lines + self.without_power
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON output has of it."""
@@ -102,24 +103,26 @@ def changes(
         {"system": system, **row}
         for system in comparison.runs["system"].unique()
         if system in before and system in after
-        if (row := compared(after[system], before[system], comparison.design))
+        if (row := compare_systems(after[system], before[system], comparison.design))
     ]
-    counts = [table.groupby(["system", "sequence"], sort=False).size() for table in (saved, now)]
-    counted = pd.concat(counts, axis="columns", keys=["saved", "now"]).fillna(0).astype(int)
+    whens = pd.DataFrame({when: both["when"].eq(when) for when in ("saved", "now")})
+    counts = whens.groupby([both["system"], both["sequence"]], sort=False).sum()
     new, gone = [], []
-    for row in records(counted.reset_index()):
+    for row in records(counts.reset_index()):
         where, n, n_saved = f"{row['system']} on {row['sequence']}", row["now"], row["saved"]
-        new += [where] if not n_saved else []
-        gone += [f"{where} ({n} of {n_saved} runs left)" if n else where] if n < n_saved else []
+        if not n_saved:
+            new.append(where)
+        elif n < n_saved:
+            gone.append(f"{where} ({n} of {n_saved} runs left)" if n else where)
     return Changes(file, by, level, _systems(rows, level), new, gone, saved, now)
 
 
 def _systems(rows: list[dict[str, Any]], level: float) -> pd.DataFrame:
     """Return the table of the systems; those whose runs can reach the level are tested."""
     tests = [row["test"] for row in rows]
-    able = np.array([test.possible and test.smallest <= level for test in tests], dtype=bool)
+    testable = np.array([test.possible and test.smallest <= level for test in tests], dtype=bool)
     worse, better = (
-        holm(np.where(able, [getattr(test, tail) for test in tests], np.nan)).tolist()
+        holm(np.where(testable, [getattr(test, tail) for test in tests], np.nan)).tolist()
         for tail in ("worse", "better")
     )
     names = ["system", "mean_b", "mean_a", "wins", "difference", "low", "high", "runs_b", "runs_a"]
@@ -127,12 +130,13 @@ def _systems(rows: list[dict[str, Any]], level: float) -> pd.DataFrame:
         columns={"mean_a": "now", "mean_b": "saved", "runs_a": "runs_now", "runs_b": "runs_saved"}
     )
     smallest = np.array([test.smallest if test.possible else math.nan for test in tests])
-    table["p_smallest"] = np.where(able, holm(np.where(able, smallest, np.nan)), smallest)
+    adjusted = holm(np.where(testable, smallest, np.nan))
+    table["p_smallest"] = np.where(testable, adjusted, smallest)
     table["p_worse"], table["p_better"] = worse, better
     table["change"] = pd.Series(
         [
-            "worse" if p <= level else "better" if q <= level else None
-            for p, q in zip(worse, better, strict=True)
+            "worse" if p_worse <= level else "better" if p_better <= level else None
+            for p_worse, p_better in zip(worse, better, strict=True)
         ],
         dtype=object,
     )
@@ -142,28 +146,28 @@ def _systems(rows: list[dict[str, Any]], level: float) -> pd.DataFrame:
 def _check_settings(both: pd.DataFrame, file: str) -> None:
     """Check that the saved runs of a system on a sequence were scored with the same settings."""
     texts = both.groupby(["system", "sequence", "when"], sort=False)["settings"].first().unstack()
-    other = texts.dropna()[lambda table: table["saved"] != table["now"]]
-    for row in records(other.reset_index())[:1]:
-        was, now = (row[when] or "default settings" for when in ("saved", "now"))
+    different = texts.dropna()[lambda table: table["saved"] != table["now"]]
+    for row in records(different.reset_index())[:1]:
+        saved, now = (row[when] or "default settings" for when in ("saved", "now"))
         where = f"{row['system']} on {row['sequence']}"
-        raise FileError(file, f"has {was}, not {now}, for {where}: they cannot be compared")
+        raise FileError(file, f"the baseline used {saved}, this run {now} ({where})")
 
 
-def changes_table(changed: Changes, form: Form = TEXT) -> pd.DataFrame:
+def changes_table(changed: Changes, style: TableStyle = TEXT) -> pd.DataFrame:
     """Return the table of the systems as texts."""
     rows = []
     for row in records(changed.systems):
         p = row["p_better"] if row["change"] == "better" else row["p_worse"]
-        ends = (row[name] for name in ("difference", "low", "high"))
-        gain = difference_text(*ends, significant=bool(row["change"]))
+        interval = (row[name] for name in ("difference", "low", "high"))
+        difference = difference_text(*interval, significant=bool(row["change"]))
         change = f"{row['change'] or 'not significant'} ({p_text(p)})"
         rows.append(
             {
-                "system": form.escape(row["system"]),
+                "system": style.escape(row["system"]),
                 "saved": number(row["saved"]),
                 "now": number(row["now"]),
                 "wins": f"{row['wins']:.0%}",
-                "difference": gain if math.isfinite(row["difference"]) else "-",
+                "difference": difference if math.isfinite(row["difference"]) else "-",
                 "change": "too few runs" if math.isnan(p) else change,
             }
         )

@@ -1,4 +1,4 @@
-"""What is compared: sequences with their references, systems, and runs, found or expected."""
+"""The files of a comparison: sequences with their references, and the runs of all systems."""
 
 import re
 from collections import defaultdict
@@ -20,18 +20,17 @@ __all__ += ["read_yaml"]
 FIELDS = ("sequence", "system", "run")
 # Keys of a YAML file, of an entry of `sequences`, and of an entry of `systems`.
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
-OF_SEQUENCE = ("format", "t_offset", "frames", "unit")
-OF_SYSTEM = ("est_format", "runs", "invert", "t_offset")
-
+SEQUENCE_KEYS = ("format", "t_offset", "frames", "unit")
+SYSTEM_KEYS = ("est_format", "runs", "invert", "t_offset")
 
 FilePath = str | Path
 Estimates = Sequence[FilePath] | Mapping[str, FilePath | Sequence[FilePath]]
-Found = dict[tuple[str, ...], str]  # paths by the values of the fields
+PathsByKey = dict[tuple[str, ...], str]  # the key: the values of the fields
 
 
 @dataclass(frozen=True)
 class Run:
-    """One estimate: of a sequence, by a system; the file is None where it is missing."""
+    """An estimate of a sequence by a system; the file is None where it is missing."""
 
     sequence: str
     system: str
@@ -41,13 +40,13 @@ class Run:
 
 @dataclass(frozen=True)
 class Benchmark:
-    """All that is compared."""
+    """References and runs, in the order of sequence, system and run."""
 
     format: str
-    references: dict[str, str]  # of each sequence that some system was run on
-    runs: list[Run]  # missing ones among them, in the order of sequence, system and run
-    problems: list[str]  # a line for whatever is left out
-    files: list[str]  # all that was found, also what is left out
+    references: dict[str, str]  # by sequence, where any system has a run
+    runs: list[Run]  # also missing ones
+    problems: list[str]  # a line for each file that is left out
+    files: list[str]  # also those that are left out
     sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)  # settings
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
 
@@ -55,7 +54,7 @@ class Benchmark:
 def from_files(
     format: str | None, reference: str, estimates: Estimates, *, columns: str | None = None
 ) -> Benchmark:
-    """Return the benchmark of one sequence: a run of each file, or runs of each system."""
+    """Return the benchmark of a single sequence: a run of each file, or runs of each system."""
     if not isinstance(estimates, Mapping):
         files = list(map(str, estimates))
         estimates = dict(zip(unique_names(files), files, strict=True))
@@ -86,43 +85,43 @@ def from_patterns(
 ) -> Benchmark:
     """Find the files of a benchmark by the patterns of its references and estimates.
 
-    Without a `format` the first reference has it, whose `columns` may be named. `expected`
+    Without a `format` it is that of the first reference, whose `columns` may be named. `expected`
     is the number of runs that a system should have on each sequence, under "" for systems that are
     not named; by default as many as it has on the sequence where it has the most. On a sequence
-    without any it was not tried, unless `expect_all`. `systems` and `sequences` are names that
-    should be there.
+    without any it was not tried, unless `expect_all`. `systems` and `sequences` are the names that
+    are expected.
     """
     problems: list[str] = []
-    found_refs, found_ests = _found(reference, estimate)
+    ref_files, est_files = _find_files(reference, estimate)
     default = {"sequence": Path(reference).stem, "run": "1"}
-    references = _by_fields(found_refs, FIELDS[:1], default, problems)
-    estimates = _by_fields(found_ests, FIELDS, default, problems)
+    references = _by_fields(ref_files, FIELDS[:1], default, problems)
+    estimates = _by_fields(est_files, FIELDS, default, problems)
     with_runs = _with_runs(references, {key[0] for key in estimates}, sequences, problems)
     expected = expected or {}
-    complete: list[Run] = []
-    for system in sorted({*systems, *(key[1] for key in estimates)}, key=_natural):
+    runs: list[Run] = []
+    for system in sorted({*systems, *(key[1] for key in estimates)}, key=_natural_key):
         paths: dict[str, dict[str, str]] = {sequence: {} for sequence in with_runs}
         for (sequence, name, run), path in estimates.items():
             if name == system and sequence in with_runs:
                 paths[sequence][run] = path
         if any(paths.values()):
             number = expected.get(system, expected.get(""))
-            complete += _runs_of_system(system, paths, number, expect_all)
+            runs += _runs_of_system(system, paths, number, expect_all)
         else:
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
-    complete.sort(key=lambda run: list(with_runs).index(run.sequence))
-    form = format or recognise(next(iter(found_refs)), columns)
-    return Benchmark(form, with_runs, complete, problems, [*found_refs, *found_ests])
+    runs.sort(key=lambda run: list(with_runs).index(run.sequence))
+    format = format or recognise(next(iter(ref_files)), columns)
+    return Benchmark(format, with_runs, runs, problems, [*ref_files, *est_files])
 
 
-def _found(
+def _find_files(
     reference: str, estimate: str
 ) -> tuple[dict[str, dict[str, str]], dict[str, dict[str, str]]]:
     """Return the files of both patterns with the values of their fields; at least one of each."""
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
     if "system" not in est_pattern.fields:
         raise ValueError(
-            "the pattern of the estimates needs {system} in place of their names, as in "
+            "the pattern of the estimates needs {system} in place of the systems' names, as in "
             f"'runs/{{system}}.txt', not {estimate}"
         )
     if ("sequence" in ref_pattern.fields) != ("sequence" in est_pattern.fields):
@@ -135,12 +134,12 @@ def _found(
     for path in list(estimates):
         if not reference_paths.isdisjoint([Path(path), *Path(path).parents]):
             del estimates[path]
-    for wanted, matched, pattern in (
+    for what, files, pattern in (
         ("reference", references, reference),
         ("estimate", estimates, estimate),
     ):
-        if not matched:
-            raise ValueError(f"no {wanted} matches the pattern {pattern}")
+        if not files:
+            raise ValueError(f"no {what} matches the pattern {pattern}")
     return references, estimates
 
 
@@ -149,53 +148,51 @@ def _by_fields(
     fields: Sequence[str],
     default: Mapping[str, str],
     problems: list[str],
-) -> Found:
+) -> PathsByKey:
     """Return the path of each sequence or run; those with several paths are a problem."""
     paths = defaultdict(list)
     for path, values in files.items():
         paths[tuple(printable({**default, **values}[name]) for name in fields)].append(path)
     for key, matching in paths.items():
         if matching[1:]:
-            problems.append(
-                f"{first_few(matching)}: all of them match {'/'.join(key)}; none of them is taken"
-            )
+            problems.append(f"{first_few(matching)}: all of them match {'/'.join(key)}; left out")
     return {key: matching[0] for key, matching in paths.items() if not matching[1:]}
 
 
 def _with_runs(
-    references: Found, tried: Collection[str], expected: Sequence[str], problems: list[str]
+    references: PathsByKey, tried: Collection[str], expected: Sequence[str], problems: list[str]
 ) -> dict[str, str]:
-    """Return the references of the sequences that some system was run on; others are problems."""
+    """Return the references of the sequences where any system has a run; others are problems."""
     for sequence in sorted({*tried, *(key for (key,) in references), *expected}):
         if (sequence,) not in references:
             problems.append(f"sequence {sequence}: has no reference; left out")
         elif sequence not in tried:
             problems.append(f"sequence {sequence}: no system has a run on it; left out")
-    names = sorted((key for (key,) in references if key in tried), key=_natural)
+    names = sorted((key for (key,) in references if key in tried), key=_natural_key)
     return {name: references[name,] for name in names}
 
 
 def _runs_of_system(
     system: str, paths: Mapping[str, Mapping[str, str]], expected: int | None, expect_all: bool
 ) -> list[Run]:
-    """Return the runs of a system, of its paths by sequence and run, with those that lack."""
-    longest = max(paths.values(), key=len)
-    number = expected or len(longest)
-    names = dict.fromkeys([*sorted(longest, key=_natural), *map(str, range(1, number + 1))])
+    """Return the runs of a system from its paths by sequence and run, also missing ones."""
+    most_runs = max(paths.values(), key=len)
+    number = expected or len(most_runs)
+    names = dict.fromkeys([*sorted(most_runs, key=_natural_key), *map(str, range(1, number + 1))])
     runs = []
     for sequence, files in paths.items():
         if not files and expected is None and not expect_all:  # not tried, so not failed
             continue
-        lacking = [name for name in names if name not in files][: max(number - len(files), 0)]
+        missing = [name for name in names if name not in files][: max(number - len(files), 0)]
         runs += [
             Run(sequence, system, name, files.get(name))
-            for name in sorted([*files, *lacking], key=_natural)
+            for name in sorted([*files, *missing], key=_natural_key)
         ]
     return runs
 
 
-def _natural(name: str) -> list[tuple[int, str]]:
-    """Return what names are sorted by: the numbers in them count as such."""
+def _natural_key(name: str) -> list[tuple[int, str]]:
+    """Return a sort key under which run2 comes before run10."""
     return [
         (int(part), part) if part.isdecimal() else (0, part) for part in re.split(r"(\d+)", name)
     ]
@@ -208,33 +205,33 @@ def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
 
     try:
         content = _mapping(load_yaml(path), KEYS, "")
-        return _described(content, Path(path).parent, expect_all)
+        return _from_mapping(content, Path(path).parent, expect_all)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _described(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Benchmark:
+def _from_mapping(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Benchmark:
     """Return the benchmark that the content of a YAML file describes."""
     for key in ("reference", "estimate"):
         if not isinstance(value := content.get(key), str):
             raise ValueError(f"needs {key}, a text, not {brief(value)}")
-    form = Settings(format=content.get("format")).format
-    sequences = _entries(content, "sequences", OF_SEQUENCE)
-    systems = _entries(content, "systems", OF_SYSTEM)
+    format = Settings(format=content.get("format")).format
+    sequences = _entries(content, "sequences", SEQUENCE_KEYS)
+    systems = _entries(content, "systems", SYSTEM_KEYS)
     runs = {"": content["runs"]} if "runs" in content else {}
     runs |= {name: entry.pop("runs") for name, entry in systems.items() if "runs" in entry}
     for number in runs.values():
         check_positive(number, "runs", integer=True)
     for entry, options in [*sequences.items(), *systems.items()]:
         try:
-            Settings(**{"format": form, **options})
+            Settings(**{"format": format, **options})
         except ValueError as error:
             raise ValueError(f"{entry}: {error}") from None
         if "frames" in options:
             options["frames"] = str(folder / options["frames"])
     patterns = (str(folder / content[key]) for key in ("reference", "estimate"))
     benchmark = from_patterns(
-        form,
+        format,
         *patterns,
         expect_all=expect_all,
         expected=runs,
@@ -245,22 +242,22 @@ def _described(content: Mapping[str, Any], folder: Path, expect_all: bool) -> Be
 
 
 def _entries(
-    content: Mapping[str, Any], kind: str, keys: Sequence[str]
+    content: Mapping[str, Any], section: str, keys: Sequence[str]
 ) -> dict[str, dict[str, Any]]:
-    """Return what the file says about each sequence or system, by its name."""
-    entries = _mapping(content.get(kind), None, f"{kind}: ")
+    """Return the entries of `sequences` or `systems` by name."""
+    entries = _mapping(content.get(section), None, f"{section}: ")
     return {
-        str(name): _mapping(entry, keys, f"{kind}: {name}: ") for name, entry in entries.items()
+        str(name): _mapping(entry, keys, f"{section}: {name}: ") for name, entry in entries.items()
     }
 
 
 def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, Any]:
-    """Return a mapping, empty for None; raise ValueError for keys other than these, if any."""
+    """Return a mapping, empty for None; with `keys` raise ValueError for any other key."""
     if value is None:
         return {}
     if not isinstance(value, dict):
         raise ValueError(f"{where}must be a mapping, not {brief(value)}")
     for key in value:
         if keys is not None and key not in keys:
-            raise ValueError(f"{where}unknown key {brief(key)}; known are {', '.join(keys)}")
+            raise ValueError(f"{where}unknown key {brief(key)}; use {', '.join(keys)}")
     return value

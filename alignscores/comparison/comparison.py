@@ -1,4 +1,4 @@
-"""Systems over sequences and runs: found, scored in parallel, and compared."""
+"""The comparison of systems over sequences and runs: from their files to the verdict."""
 
 import json
 import re
@@ -24,7 +24,7 @@ from ..texts import alike, first_few, printable
 from ..version import __version__
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
 from .patterns import Pattern
-from .runs import SCORES, Errors, Task, forget_references, reference_of, score_runs
+from .runs import SCORES, Errors, Task, check_file, forget_references, reference_of, score_runs
 from .summary import (
     Better,
     Design,
@@ -50,9 +50,9 @@ class Comparison:
     Parameters
     ----------
     runs : DataFrame
-        A row a run: ``sequence, system, run, file, status`` (*scored*, *failed*, *missing* or
-        *copy*), ``error``, a column a metric, ``n``, ``lost``, ``d``, ``scale``, ``chance``,
-        ``notes`` and ``settings``. A failed run has the worst values.
+        A row for each run: ``sequence, system, run, file, status`` (*scored*, *failed*, *missing*
+        or *copy*), ``error``, a column for each metric, ``n``, ``lost``, ``d``, ``scale``,
+        ``chance``, ``notes`` and ``settings``. A failed run has the worst values.
     by : str
         The metric of verdict, ranks and pairs.
     larger : bool
@@ -60,7 +60,7 @@ class Comparison:
     design : {"independent", "dependent", "paired"}
         What runs of the same name have in common.
     settings : Settings or None
-        How the runs were scored, where the benchmark says nothing else; None for a table.
+        How the runs were scored, unless the benchmark says otherwise; None for a table.
     problems : list of str
         What was left out, and why.
     sequence_notes : list of str
@@ -104,7 +104,7 @@ class Comparison:
 
     @cached_property
     def pairs(self) -> pd.DataFrame:
-        """A row a pair of systems, on each sequence and over all (`sequence` None).
+        """A row for each pair of systems, on each sequence and over all (`sequence` None).
 
         `wins` is P(A beats B); the columns are described in ``docs/reference/results.md``.
         """
@@ -138,7 +138,7 @@ class Comparison:
 
     @cached_property
     def notes(self) -> list[str]:
-        """What may be wrong with the runs, each once."""
+        """Notes on what may be wrong with the runs."""
         return [*notes_on_runs(self.runs, self.by, self.design), *self.sequence_notes]
 
     @property
@@ -176,8 +176,8 @@ class Comparison:
         Examples
         --------
         >>> from alignscores import compare
-        >>> found = compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
-        >>> found.to_dict()["runs"][0]["PAS"]
+        >>> comparison = compare("tests/data/tum/reference.txt", ["tests/data/tum/estimate.txt"])
+        >>> comparison.to_dict()["runs"][0]["PAS"]
         0.8709
         """
         return {
@@ -258,8 +258,8 @@ def compare(
     --------
     >>> from alignscores import compare
     >>> folder = "tests/data/tum"
-    >>> found = compare(f"{folder}/reference.txt", f"{folder}/{{system}}.txt")
-    >>> found.runs[["system", "PAS"]].to_dict("list")
+    >>> comparison = compare(f"{folder}/reference.txt", f"{folder}/{{system}}.txt")
+    >>> comparison.runs[["system", "PAS"]].to_dict("list")
     {'system': ['estimate'], 'PAS': [0.8709]}
     >>> import pandas as pd
     >>> runs = pd.DataFrame({"system": 5 * ["a"] + 5 * ["b"], "seconds": range(10)})
@@ -312,15 +312,12 @@ def read_runs(file: str) -> pd.DataFrame:
 
 def csv_of_runs(runs: pd.DataFrame) -> str:
     """Return a table of runs as CSV; what a spreadsheet would run as a formula gets a '."""
-    texts = runs.select_dtypes(exclude="number").columns
-    inert = {
-        name: [
-            re.sub(r"^(?=[=+\-@])", "'", printable(value)) if isinstance(value, str) else value
-            for value in runs[name]
-        ]
-        for name in texts
-    }
-    return str(runs.assign(**inert).to_csv(index=False, lineterminator="\n"))
+
+    def inert(value: Any) -> Any:
+        return re.sub(r"^(?=[=+\-@])", "'", printable(value)) if isinstance(value, str) else value
+
+    texts = runs.select_dtypes(exclude="number").map(inert)
+    return str(runs.assign(**texts).to_csv(index=False, lineterminator="\n"))
 
 
 def find_benchmark(
@@ -345,6 +342,7 @@ def find_benchmark(
             options = benchmark.system_options.setdefault(run.system, {})
             with suppress(*FAILURES):  # which scoring reports
                 if run.file and "est_format" not in options:
+                    check_file(run.file)
                     est_columns = settings.columns_of_estimates
                     options["est_format"] = recognise(run.file, est_columns)
     return benchmark
@@ -374,19 +372,19 @@ def compare_runs(
     forget_references()  # so that their notes are shown again
     for sequence in benchmark.references:
         try:
-            listed, new = _tasks(benchmark, sequence, settings, cache)
+            tasks_on_sequence, notes_on_reference = _tasks(benchmark, sequence, settings, cache)
         except FAILURES as error:
             problems.append(f"sequence {sequence}: left out: {why(error)}")
         else:
-            tasks += listed
-            notes += new
+            tasks += tasks_on_sequence
+            notes += notes_on_reference
     if not tasks:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     runs, errors = score_runs(tasks, jobs, progress)
-    compared = from_table(runs, by, design=design)
+    comparison = from_table(runs, by, design=design)
     notes += _notes_on_ends(errors)
     return replace(
-        compared, settings=settings, problems=problems, sequence_notes=alike(notes), errors=errors
+        comparison, settings=settings, problems=problems, sequence_notes=alike(notes), errors=errors
     )
 
 
@@ -411,14 +409,14 @@ def _tasks(
     checked_systems: set[str] = set()  # the first run of a system shows what is mixed up in all
     for run in benchmark.runs:
         if run.sequence == sequence:
-            of_run = settings_of_run(benchmark, run, settings)
+            run_settings = settings_of_run(benchmark, run, settings)
             check = bool(run.file) and run.system not in checked_systems
-            tasks.append(Task(run, file, of_run, cache, check))
+            tasks.append(Task(run, file, run_settings, cache, check))
             checked_systems |= {run.system} if run.file else set()
     with collected_warnings() as notes:
-        reference_of(file, of_run)
-        if of_run.frames is not None:
-            read_stamps(str(of_run.frames))
+        reference_of(file, run_settings)
+        if run_settings.frames is not None:
+            read_stamps(str(run_settings.frames))
     return tasks, [(sequence, note) for note in notes]
 
 
@@ -426,15 +424,10 @@ def _notes_on_ends(errors: Mapping[Run, Errors]) -> list[tuple[str, str]]:
     """Return sequence and text of the notes on time that no run of a sequence covers."""
     notes: list[tuple[str, str]] = []
     for sequence in dict.fromkeys(run.sequence for run in errors):
-        coverages = [
-            coverage
-            for run, coverage in errors.items()
-            if run.sequence == sequence and coverage.timed
-        ]
-        of_all = ends_notes(
-            [coverage.time for coverage in coverages], [coverage.covered for coverage in coverages]
-        )
-        notes += [(sequence, str(note)) for note in of_all]
+        of_sequence = [errors[run] for run in errors if run.sequence == sequence]
+        timed = [entry for entry in of_sequence if entry.timed]
+        uncovered = ends_notes([entry.time for entry in timed], [entry.covered for entry in timed])
+        notes += [(sequence, str(note)) for note in uncovered]
     return notes
 
 

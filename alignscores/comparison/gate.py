@@ -60,10 +60,10 @@ def _condition(text: str, by: str, metrics: Collection[str]) -> Condition:
         return Condition(by, WORSE, limit)
     matched = CONDITION.fullmatch(text)
     if not matched:
-        form = "PAS<0.8, half>0.1, lost>5%, PAS drops 0.05"
-        raise ValueError(f"{text!r} must be worse, or like {form}")
-    name, relation, value, percent = matched.groups()
-    limit = float(value) / (100 if percent else 1)
+        examples = "PAS<0.8, half>0.1, lost>5%, PAS drops 0.05"
+        raise ValueError(f"{text!r} must be worse, or like {examples}")
+    name, relation, limit_text, percent = matched.groups()
+    limit = float(limit_text) / (100 if percent else 1)
     name = name if name in (*SHARES, *metrics) else metric(name).name
     names = [*metrics, *SHARES] if relation in "<>" else metrics
     if name not in names:

@@ -4,6 +4,8 @@ import glob
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from itertools import filterfalse
+from pathlib import Path
 
 __all__ = ["Pattern"]
 
@@ -43,13 +45,14 @@ class Pattern:
         return tuple(dict.fromkeys(token[1:-1] for token in tokens if token[0] == "{"))
 
     def find(self) -> dict[str, dict[str, str]]:
-        """Return the paths that match, with the values of the fields.
+        """Return the paths that match, with the values of the fields; a device never does.
 
-        Where several may end at more than one place, the first one is as long as possible.
+        Where the text can be divided among the fields in several ways, the first field is as long
+        as possible.
         """
         parts = TOKEN.split(self.text)
         parts[::2], parts[1::2] = map(glob.escape, parts[::2]), ["*"] * (len(parts) // 2)
-        paths = sorted(glob.glob("".join(parts)))  # noqa: PTH207 - keeps a ./
+        paths = sorted(filterfalse(_is_device, glob.glob("".join(parts))))  # noqa: PTH207 - keeps a ./
         matches = map(self._expression().fullmatch, paths)  # a repeated field may differ
         return {match[0]: match.groupdict() for match in matches if match}
 
@@ -71,3 +74,7 @@ class Pattern:
             else:
                 parts[2 * index + 1] = f"(?P<{name}>[^/]+)"
         return re.compile("".join(parts), re.DOTALL)
+
+
+def _is_device(path: str) -> bool:
+    return Path(path).is_char_device() or Path(path).is_block_device()

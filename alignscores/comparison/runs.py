@@ -1,4 +1,4 @@
-"""Runs, scored in parallel: a table with a row a run, and the errors of each frame.
+"""Runs, scored in parallel: a table with a row for each run, and the errors of each frame.
 
 Workers import this module, so pandas is imported only where the table is built.
 """
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Booleans, Floats
-from ..evaluation.evaluation import LOST, Evaluation
+from ..evaluation.evaluation import FAILED, LOST, Evaluation
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.reading import files_below, read_reference
 from ..evaluation.rigs import of_model
@@ -34,15 +34,15 @@ from .benchmark import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["SCORES", "SEPARATOR", "Errors", "Task", "forget_references", "reference_of"]
-__all__ += ["score_run", "score_runs"]
+__all__ = ["SCORES", "SEPARATOR", "Errors", "Task", "check_file", "forget_references"]
+__all__ += ["reference_of", "score_run", "score_runs"]
 
 SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
 SEPARATOR = " | "  # between the notes of a run
 MAX_BYTES = 10**13  # of a bag
-FEW = 16  # runs that are scored before another process would have started
-# Settings that change no score, or that stand in columns of their own.
-NO_SCORE = {"format", "est_format", "frames", "metrics", "reference_sigma"}
+MAX_SERIAL_RUNS = 16  # as many are scored before another process would have started
+# Settings that change no score, or that have their own columns.
+OMITTED_SETTINGS = {"format", "est_format", "frames", "metrics", "reference_sigma"}
 
 Progress = Callable[[str], None]
 
@@ -78,22 +78,21 @@ Result = tuple[dict[str, Any], Errors | None]  # the row of a run; a failed one 
 def score_runs(
     tasks: Sequence[Task], jobs: int, progress: Progress
 ) -> "tuple[pd.DataFrame, dict[Run, Errors]]":
-    """Score runs; return a table with a row a run, in their order, and the errors by run.
+    """Score runs; return a table with a row for each run, in their order, and the errors by run.
 
     A failed run, and one without a file, has no scores. A run with the scores of an earlier one is
     a copy.
     """
     pandas = require("pandas", "compare")
-    there = [index for index, task in enumerate(tasks) if task.run.file]
+    indices = [index for index, task in enumerate(tasks) if task.run.file]
     rows: dict[int, dict[str, Any]] = {}
     errors: dict[Run, Errors] = {}
-    with closing(_results([tasks[index] for index in there], jobs)) as results:
-        for number, result in results:
-            row, of_frames = result
-            rows[there[number]] = row
-            if of_frames:
-                errors[tasks[there[number]].run] = of_frames
-            progress(f"scoring {len(rows)}/{len(there)}")
+    with closing(_results([tasks[index] for index in indices], jobs)) as results:
+        for number, (row, errors_of_run) in results:
+            rows[indices[number]] = row
+            if errors_of_run:
+                errors[tasks[indices[number]].run] = errors_of_run
+            progress(f"scoring {len(rows)}/{len(indices)}")
     progress("")
     metrics = list(dict.fromkeys([*SCORES, *(name for t in tasks for name in t.settings.metrics)]))
     for index, task in enumerate(tasks):
@@ -108,16 +107,16 @@ def score_runs(
     table["file"] = table["file"].fillna("")
     table["reference_rotations"] = table.groupby("sequence")["reference_rotations"].transform("max")
     table["reference_rotations"] = table["reference_rotations"].eq(True)
-    moved = table[(table["status"] == "scored") & (table["TAS"] > 0)]
-    copies = moved.duplicated(["sequence", "system", *SCORES])
-    table.loc[copies[copies].index, "status"] = "copy"
+    aligned = table[(table["status"] == "scored") & (table["TAS"] > 0)]
+    is_copy = aligned.duplicated(["sequence", "system", *SCORES])
+    table.loc[is_copy.index[is_copy], "status"] = "copy"
     return table, errors
 
 
 def _results(tasks: Sequence[Task], jobs: int) -> Generator[tuple[int, Result], None, None]:
     """Yield number and result of each task when it is done; in this process if they are few."""
     joblib = require("joblib", "compare")
-    if jobs == 1 or len(tasks) <= FEW:
+    if jobs == 1 or len(tasks) <= MAX_SERIAL_RUNS:
         yield from map(_numbered, enumerate(tasks))
         return
     calls = map(joblib.delayed(_numbered), enumerate(tasks))
@@ -138,8 +137,8 @@ def _numbered(task: tuple[int, Task]) -> tuple[int, Result]:
 
 
 def settings_text(settings: Settings) -> str:
-    """Return the settings that change scores and differ from the defaults."""
-    values = {name: getattr(settings, name) for name in ABOUT if name not in NO_SCORE}
+    """Return the settings that change scores and are not the defaults, as a text."""
+    values = {name: getattr(settings, name) for name in ABOUT if name not in OMITTED_SETTINGS}
     return ", ".join(
         f"{name}={printable(str(value))}"
         for name, value in values.items()
@@ -150,11 +149,11 @@ def settings_text(settings: Settings) -> str:
 def score_run(task: Task) -> Result:
     """Score an estimate, or take the result of the same files and settings from the cache."""
     if task.cache is None:
-        return _scored(task)
+        return _score_estimate(task)
     file = _file_in_cache(task, task.cache)
-    if stored := _stored(file):
+    if stored := _read_stored(file):
         return stored
-    row, errors = _scored(task)
+    row, errors = _score_estimate(task)
     if errors:
         values = {
             name: value.tolist() if isinstance(value, np.ndarray) else value
@@ -168,7 +167,7 @@ def score_run(task: Task) -> Result:
     return row, errors
 
 
-def _scored(task: Task) -> Result:
+def _score_estimate(task: Task) -> Result:
     """Score an estimate; the row of a failed one says why."""
     file = str(task.run.file)
     try:
@@ -185,6 +184,8 @@ def _scored(task: Task) -> Result:
             rig_frames=rig_frames,
             check=task.check,
         )
+        if failed := [note.text for note in evaluation.notes if note.kind == FAILED]:
+            raise ValueError(failed[0])
     except FAILURES as error:
         message = printable(why(error))
         message = (
@@ -208,14 +209,15 @@ def _row(evaluation: Evaluation) -> dict[str, Any]:
     names = list(dict.fromkeys([*SCORES, *evaluation.settings.metrics]))
     scores = {name: _score(evaluation, name) for name in names}
     notes = [str(note) for note in evaluation.notes if note.kind != "low"]
-    unvalued = [name for name in evaluation.settings.metrics if evaluation.value(name) is None]
-    if counted := [name for name in unvalued if not math.isnan(scores[name])]:
-        notes.append(f"without a value, counted as failures: {', '.join(counted)}")
-    valued = [
-        name for name in names if evaluation.has_rotations or "rotations" not in metric(name).needs
-    ]
-    if without_value := [name for name in valued if math.isnan(scores[name])]:
-        notes.append(f"too few cameras for {', '.join(without_value)}: left out of its means")
+    metrics = evaluation.settings.metrics
+    without_value = [name for name in metrics if evaluation.value(name) is None]
+    if failed := [name for name in without_value if not math.isnan(scores[name])]:
+        notes.append(f"without a value, counted as failures: {', '.join(failed)}")
+    unknown = [name for name in names if math.isnan(scores[name])]
+    if not evaluation.has_rotations:
+        unknown = [name for name in unknown if "rotations" not in metric(name).needs]
+    if unknown:
+        notes.append(f"too few cameras for {', '.join(unknown)}: left out of its means")
     return {
         "status": "scored",
         **scores,
@@ -241,7 +243,7 @@ def _score(evaluation: Evaluation, name: str) -> float:
 
 
 def check_file(path: str) -> None:
-    """Raise an error for a pipe or a device, which nobody may write to or which never ends."""
+    """Raise an error for a pipe, which may stay empty, or a device, which may never end."""
     if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
         raise FileError(path, "is a pipe or a device, not a file")
 
@@ -266,8 +268,8 @@ def _file_in_cache(task: Task, folder: Path) -> Path:
     settings = {**vars(task.settings), "check": task.check, "frames": None, "file": task.run.file}
     frames = [] if task.settings.frames is None else [str(task.settings.frames)]
     paths = [task.reference, str(task.run.file), *frames]
-    described = __version__, sorted(settings.items()), list(map(_content_hash, paths))
-    return folder / f"{hashlib.sha256(json.dumps(described).encode()).hexdigest()}.json"
+    content = __version__, sorted(settings.items()), list(map(_content_hash, paths))
+    return folder / f"{hashlib.sha256(json.dumps(content).encode()).hexdigest()}.json"
 
 
 def _content_hash(path: str) -> str:
@@ -284,7 +286,7 @@ def _content_hash(path: str) -> str:
     return digest.hexdigest()
 
 
-def _stored(file: Path) -> Result | None:
+def _read_stored(file: Path) -> Result | None:
     """Return the result in a file of the cache, None where there is none."""
     try:
         stored = json.loads(read_bytes(file))

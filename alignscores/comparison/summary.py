@@ -27,7 +27,14 @@ __all__ = [
     "common_sequences",
     "completed",
 ]
-__all__ += ["compared", "larger_is_better", "measured", "pairs_of", "records", "summarise"]
+__all__ += [
+    "compare_systems",
+    "larger_is_better",
+    "metric_columns",
+    "pairs_of",
+    "records",
+    "summarise",
+]
 __all__ += ["values_of"]
 
 Better = Literal["larger", "smaller"]
@@ -39,7 +46,7 @@ DEPENDENT = "permutation of runs"
 PAIRED = "signed ranks of paired runs"
 SINGLE = "signed ranks of sequences"
 STATUSES = ["scored", "failed", "missing", "copy"]
-MOST = 50  # runs, or sequences, that are said to be needed
+MAX_NEEDED = 50  # runs, or sequences, up to which the verdict says how many are needed
 
 
 def checked(runs: pd.DataFrame, by: str) -> pd.DataFrame:
@@ -72,7 +79,7 @@ def checked(runs: pd.DataFrame, by: str) -> pd.DataFrame:
 
 def _with_values(runs: pd.DataFrame, by: str) -> pd.DataFrame:
     """Return a table of runs with numbers for metrics, and texts where it has no column."""
-    for name in (*measured(runs, by), "lost", "d"):
+    for name in (*metric_columns(runs, by), "lost", "d"):
         try:
             runs[name] = pd.to_numeric(runs[name]).astype(float) if name in runs else math.nan
         except (TypeError, ValueError):
@@ -94,7 +101,7 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
     return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
 
-def measured(runs: pd.DataFrame, by: str) -> list[str]:
+def metric_columns(runs: pd.DataFrame, by: str) -> list[str]:
     """Return the columns that are metrics: those that this package knows, and `by`."""
     return [str(name) for name in runs if name == by or _is_known(name)]
 
@@ -113,10 +120,10 @@ def larger_is_better(name: str, better: Better | None = None) -> bool:
         raise ValueError(f"better must be larger or smaller, not {brief(better)}")
     if _is_known(name):
         if better and (better == "larger") != metric(name).larger_is_better:
-            raise ValueError(f"better: {name} is not better where it is {better}")
+            raise ValueError(f"better must not be {better} for {name}")
         return metric(name).larger_is_better
     if better is None:
-        raise ValueError(f"{name} is no known metric: better says whether larger or smaller is")
+        raise ValueError(f"unknown metric {name}: set better to larger or smaller")
     return better == "larger"
 
 
@@ -131,17 +138,18 @@ def completed(runs: pd.DataFrame, by: str, better: Better | None = None) -> pd.D
     scored = runs["status"] == "scored"
     system, sequence = runs["system"], runs["sequence"]
     none_scored = ~scored.groupby(system).transform("any")
-    for name in measured(runs, by):
+    for name in metric_columns(runs, by):
         is_known, larger = _is_known(name), larger_is_better(name, better if name == by else None)
-        has = scored & runs[name].notna()
-        can = has.groupby(sequence).transform("any") | ~scored.groupby(sequence).transform("any")
+        valued = scored & runs[name].notna()
+        expected = valued.groupby(sequence).transform("any")
+        expected |= ~scored.groupby(sequence).transform("any")
         if is_known and "rotations" in metric(name).needs:
-            can |= runs["reference_rotations"].astype(bool)
-        lacks = (has.groupby(system).transform("any") | none_scored) & can & ~has
-        runs.loc[lacks, name] = (
+            expected |= runs["reference_rotations"].astype(bool)
+        expected &= valued.groupby(system).transform("any") | none_scored
+        runs.loc[~valued, name] = math.nan
+        runs.loc[expected & ~valued, name] = (
             metric(name).worst if is_known else -math.inf if larger else math.inf
         )
-        runs.loc[~has & ~lacks, name] = math.nan
     return runs
 
 
@@ -159,47 +167,46 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
     not fail, ``..._sd`` the standard deviation of the runs on a sequence (over all: the root mean
     square of these). Systems come in the order of their ranks, then of their means.
     """
-    names = measured(runs, by)
-    metrics = list(dict.fromkeys([*names, "lost"]))
+    names = metric_columns(runs, by)
+    keys = ["system", "sequence"]
+    values = runs.set_index(keys)[list(dict.fromkeys([*names, "lost"]))]
+    scored, finite = values[runs["status"].eq("scored").values], values.where(np.isfinite(values))
+    means = values.groupby(keys, sort=False).mean()
+    scored_means = scored.groupby(keys, sort=False).mean().reindex(means.index)
+    deviations = finite.groupby(keys, sort=False).std().where(np.isfinite(means))
     common = common_sequences(runs)
-    of_scored = runs.where(runs["status"] == "scored").assign(**runs[KEYS])
-    by_both = ["system", "sequence"]
-    means = runs.groupby(by_both, sort=False)[metrics].mean()
-    scored = of_scored.groupby(by_both, sort=False)[metrics].mean()
-    finite = runs[metrics].where(np.isfinite(runs[metrics]))
-    spread = finite.assign(**runs[KEYS]).groupby(by_both, sort=False)[metrics].std()
-    spread = spread.where(np.isfinite(means))
-    ranks = {name: _ranks(_of(pairs, name)) for name in [None, *runs["sequence"].unique()]}
+    ranks = {name: _ranks(_on(pairs, name)) for name in [None, *runs["sequence"].unique()]}
     rows = []
     for (system, sequence), group in [
         *(((system, None), group) for system, group in runs.groupby("system", sort=False)),
-        *runs.groupby(by_both, sort=False),
+        *runs.groupby(keys, sort=False),
     ]:
-        own_means, own_scored, own_spread = (t.loc[system] for t in (means, scored, spread))
-        everywhere = [name for name in own_means.index if name in common]
-        places = everywhere if sequence is None else [sequence]
+        mean, deviation, scored_mean = (
+            table.loc[system] for table in (means, deviations, scored_means)
+        )
+        chosen = mean.index.isin(common) if sequence is None else mean.index == sequence
         failed = int((group["status"] != "scored").sum())
         low, high = scipy.stats.binomtest(failed, len(group)).proportion_ci(1 - LEVEL)
         units = group["d"].dropna()
         row = {
             "system": system,
             "sequence": sequence,
-            "sequences": len(own_means) if sequence is None else 1,
+            "sequences": len(mean) if sequence is None else 1,
             "runs": len(group),
             "failed": failed,
             "failing_low": low,
             "failing_high": high,
             "d": units.iloc[0] if sequence is not None and len(units) else math.nan,
-            "lost": own_means.loc[places, "lost"].mean(),
-            "lost_all": own_means["lost"].mean() if sequence is None else math.nan,
+            "lost": mean.loc[chosen, "lost"].mean(),
+            "lost_all": mean["lost"].mean() if sequence is None else math.nan,
         }
         best, worst = ranks[sequence].get(system, (math.nan, math.nan))
         row |= {"rank_best": best, "rank_worst": worst}
         for name in names:
-            row[name] = own_means.loc[places, name].mean()
-            row[f"{name}_sd"] = np.sqrt((own_spread.loc[places, name] ** 2).mean(skipna=False))
-            row[f"{name}_scored"] = own_scored.loc[places, name].mean()
-            row[f"{name}_all"] = own_means[name].mean() if sequence is None else row[name]
+            row[name] = mean.loc[chosen, name].mean()
+            row[f"{name}_sd"] = np.sqrt((deviation.loc[chosen, name] ** 2).mean(skipna=False))
+            row[f"{name}_scored"] = scored_mean.loc[chosen, name].mean()
+            row[f"{name}_all"] = mean[name].mean() if sequence is None else row[name]
         rows.append(row)
     table = pd.DataFrame(rows)
     overall = table[table["sequence"].isna()].copy()
@@ -207,12 +214,12 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
     overall[columns] *= -1 if larger else 1
     overall = overall.sort_values(["rank_best", "rank_worst", *columns, "system"], kind="stable")
     position = {system: index for index, system in enumerate(overall["system"])}
-    return table.iloc[np.argsort(table["system"].map(position), kind="stable")].reset_index(
-        drop=True
+    return table.sort_values(
+        "system", key=lambda names: names.map(position), kind="stable", ignore_index=True
     )
 
 
-def _of(pairs: pd.DataFrame, sequence: str | None) -> pd.DataFrame:
+def _on(pairs: pd.DataFrame, sequence: str | None) -> pd.DataFrame:
     """Return the pairs on a sequence, or over all."""
     return pairs[pairs["sequence"].isna() if sequence is None else pairs["sequence"] == sequence]
 
@@ -224,11 +231,12 @@ def _ranks(pairs: pd.DataFrame) -> dict[str, tuple[int, int]]:
     """
     tested = pairs[pairs["p"].notna()]
     systems = pd.unique(tested[["a", "b"]].to_numpy().ravel())
-    ahead = tested["better"].value_counts()
-    behind = tested["a"].where(tested["better"] == tested["b"], tested["b"])
-    behind = behind[tested["better"].notna()].value_counts()
+    decided = tested[tested["better"].notna()]
+    worse = decided["a"].where(decided["better"] == decided["b"], decided["b"])
+    n_behind = decided["better"].value_counts().reindex(systems, fill_value=0)
+    n_ahead = worse.value_counts().reindex(systems, fill_value=0)
     return {
-        str(system): (1 + int(behind.get(system, 0)), len(systems) - int(ahead.get(system, 0)))
+        str(system): (1 + int(n_ahead[system]), len(systems) - int(n_behind[system]))
         for system in systems
     }
 
@@ -259,20 +267,20 @@ def pairs_of(
         - `p_like_these, better_like_these`: for sequences like these, from six sequences on
     """
     values = values_of(runs, by, larger)
-    tables = []
+    compared_pairs = []
     for sequence in sequences:
-        there = {
-            system: values_of_system if sequence is None else {sequence: values_of_system[sequence]}
-            for system, values_of_system in values.items()
-            if sequence is None or sequence in values_of_system
-        }
+        chosen = values
+        if sequence is not None:
+            chosen = {
+                a: {sequence: of_a[sequence]} for a, of_a in values.items() if sequence in of_a
+            }
         rows = [
             {"a": a, "b": b, "sequence": sequence, "metric": by} | row
-            for a, b in combinations(there, 2)
-            if (row := compared(there[a], there[b], design))
+            for a, b in combinations(chosen, 2)
+            if (row := compare_systems(chosen[a], chosen[b], design))
         ]
-        tables.append(_adjusted(rows))
-    return pd.concat(tables, ignore_index=True)
+        compared_pairs.append(_pair_table(rows))
+    return pd.concat(compared_pairs, ignore_index=True)
 
 
 Values = Mapping[str, Mapping[str, pd.DataFrame]]  # by system and sequence
@@ -284,12 +292,12 @@ def values_of(runs: pd.DataFrame, by: str, larger: bool) -> Values:
     order = (runs[by] if larger else -runs[by]).where(runs["status"] == "scored", -np.inf)
     table = pd.DataFrame({"value": runs[by], "order": order, **runs[KEYS]}).set_index("run")
     return {
-        str(system): {str(name): group for name, group in of_system.groupby("sequence", sort=False)}
-        for system, of_system in table.groupby("system", sort=False)
+        str(system): {str(name): part for name, part in group.groupby("sequence", sort=False)}
+        for system, group in table.groupby("system", sort=False)
     }
 
 
-def compared(
+def compare_systems(
     a: Mapping[str, pd.DataFrame], b: Mapping[str, pd.DataFrame], design: Design
 ) -> dict[str, Any]:
     """Compare two systems on the sequences that both were run on; without any, return no row.
@@ -297,16 +305,16 @@ def compared(
     Sequences with several runs of each are the better evidence: where there are any, others are
     left out.
     """
-    shared = [(a[name], b[name]) for name in a if name in b]
+    tables = [(a[name], b[name]) for name in a if name in b]
     if design == "paired":
-        both = [first.index.intersection(second.index) for first, second in shared]
-        shared = [(x.loc[n], y.loc[n]) for (x, y), n in zip(shared, both, strict=True) if len(n)]
-    elif repeated := [pair for pair in shared if min(map(len, pair)) > 1]:
-        shared = repeated
-    if not shared:
+        pairs = [(x, y, x.index.intersection(y.index)) for x, y in tables]
+        tables = [(x.loc[names], y.loc[names]) for x, y, names in pairs if len(names)]
+    elif repeated := [pair for pair in tables if min(map(len, pair)) > 1]:
+        tables = repeated
+    if not tables:
         return {}
     runs, values = (
-        [(x[name].to_numpy(float), y[name].to_numpy(float)) for x, y in shared]
+        [(x[name].to_numpy(float), y[name].to_numpy(float)) for x, y in tables]
         for name in ("order", "value")
     )
     tested = runs
@@ -315,20 +323,20 @@ def compared(
     elif min(min(map(len, pair)) for pair in runs) < 2:
         method, test = SINGLE, statistics.sequence_test(runs)
     elif design == "dependent":
-        method, tested = DEPENDENT, _of_recurring(shared)
+        method, tested = DEPENDENT, _recurring_runs(tables)
         test = statistics.permutation_test(tested, dependent=True) if tested else UNTESTED
     else:
         method, test = WITHIN, statistics.permutation_test(runs)
-    gain = statistics.difference(values, design == "paired")
+    difference = statistics.difference(values, design == "paired")
     like_these = statistics.sequence_test(runs) if len(runs) >= MIN_SEQUENCES else UNTESTED
     return {
         "sequences": len(runs),
-        "wins": statistics.wins(runs, design == "paired"),
+        "wins": statistics.win_probability(runs, design == "paired"),
         "mean_a": float(np.mean([x.mean() for x, _ in values])),
         "mean_b": float(np.mean([y.mean() for _, y in values])),
-        "difference": gain.value,
-        "low": gain.low,
-        "high": gain.high,
+        "difference": difference.value,
+        "low": difference.low,
+        "high": difference.high,
         "method": method,
         "runs_a": min(len(x) for x, _ in tested) if tested else 0,
         "runs_b": min(len(y) for _, y in tested) if tested else 0,
@@ -340,23 +348,20 @@ def compared(
 UNTESTED = Test(math.nan, math.nan, math.nan, possible=False)
 
 
-def _of_recurring(
-    shared: Sequence[tuple[pd.DataFrame, pd.DataFrame]],
-) -> list[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]]:
-    """Return the runs of each system that are there on all sequences, in one order."""
-    names = [
-        sorted(set.intersection(*(set(by_run.index) for by_run in of)))
-        for of in zip(*shared, strict=True)
-    ]
-    if min(map(len, names)) < 2:
+def _recurring_runs(
+    tables: Sequence[tuple[pd.DataFrame, pd.DataFrame]],
+) -> list[tuple[Floats, Floats]]:
+    """Return the runs that each system has on all sequences, in the same order on each."""
+    first, second = (
+        pd.concat([table["order"] for table in of_system], axis="columns", join="inner")
+        for of_system in zip(*tables, strict=True)
+    )
+    if min(len(first), len(second)) < 2:
         return []
-    return [
-        (x["order"].loc[names[0]].to_numpy(float), y["order"].loc[names[1]].to_numpy(float))
-        for x, y in shared
-    ]
+    return list(zip(first.to_numpy(float).T, second.to_numpy(float).T, strict=True))
 
 
-def _adjusted(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+def _pair_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """Return the pairs of a table with adjusted p-values, and who is ahead by them."""
     columns = ["a", "b", "sequence", "metric", "sequences", "wins", "mean_a", "mean_b"]
     columns += ["difference", "low", "high", "method", "runs_a", "runs_b", "test", "like_these"]
@@ -372,8 +377,8 @@ def _adjusted(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 def _significant(pairs: pd.DataFrame, tests: "pd.Series[Any]") -> tuple[Floats, "pd.Series[Any]"]:
     """Return p-values adjusted over all pairs, and the system that is significantly ahead."""
     p = statistics.false_discovery([test.p if test.possible else math.nan for test in tests])
-    first = [test.better < test.worse for test in tests]
-    ahead = pairs["a"].where(pd.Series(first, pairs.index, dtype=bool), pairs["b"])
+    a_wins = pd.Series([test.better < test.worse for test in tests], pairs.index, dtype=bool)
+    ahead = pairs["a"].where(a_wins, pairs["b"])
     return p, ahead.astype(object).where(p <= LEVEL, None)
 
 
@@ -385,22 +390,23 @@ def _needed(pairs: pd.DataFrame, row: int) -> str:
     pair = pairs.iloc[row]
     if pair["p"] <= LEVEL:
         return ""
-    made = pairs["p"].notna().to_numpy()
-    raw = np.where(made, pairs["p_raw"], np.nan)
+    tested = pairs["p"].notna().to_numpy()
+    raw = np.where(tested, pairs["p_raw"], np.nan)
 
-    def reached(smallest: float) -> bool:
+    def can_be_significant(smallest: float) -> bool:
         p = raw.copy()
         p[row] = min(1.0, 2 * smallest)
         return bool(statistics.false_discovery(p)[row] <= LEVEL)
 
-    if made[row] and reached(pair["test"].smallest):
+    if tested[row] and can_be_significant(pair["test"].smallest):
         return ""
     floor = 1 / (statistics.N_PERMUTATIONS + 1)
+    signed_ranks = pair["method"] in (SINGLE, PAIRED)
     blocks = 1 if pair["method"] == DEPENDENT else pair["sequences"]
-    for n in range(2, MOST + 1):
-        if pair["method"] in (SINGLE, PAIRED):
-            if n >= MIN_SEQUENCES and reached(max(0.5**n, floor)):
-                return f"{n} {'sequences' if pair['method'] == SINGLE else 'pairs of runs'}"
-        elif n * blocks >= MIN_RUNS and reached(max(math.comb(2 * n, n) ** -float(blocks), floor)):
-            return f"{n} runs each"
-    return f"more than {MOST} runs each"
+    what = {SINGLE: "sequences", PAIRED: "pairs of runs"}.get(pair["method"], "runs each")
+    for n in range(2, MAX_NEEDED + 1):
+        enough = n >= MIN_SEQUENCES if signed_ranks else n * blocks >= MIN_RUNS
+        smallest = 0.5**n if signed_ranks else math.comb(2 * n, n) ** -float(blocks)
+        if enough and can_be_significant(max(smallest, floor)):
+            return f"{n} {what}"
+    return f"more than {MAX_NEEDED} {what}"

@@ -1,6 +1,6 @@
 """The comparison as tables of texts: for a terminal, Markdown, HTML and LaTeX.
 
-A form says how a text is escaped and how the best one is shown in bold; pandas writes the rest.
+A style says how a text is escaped and how the best one is shown in bold; pandas writes the rest.
 """
 
 import math
@@ -19,19 +19,19 @@ from ..metrics import header
 from ..texts import text_table
 from .comparison import Comparison
 from .statistics import LEVEL
-from .summary import common_sequences, larger_is_better, measured, pairs_of, records
+from .summary import common_sequences, larger_is_better, metric_columns, pairs_of, records
 from .verdict import p_text
 
 __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "legend"]
 __all__ += ["HTML", "MARKDOWN", "TEXT", "latex_table", "markdown", "notes_of", "number", "overall"]
 __all__ += ["differences_of", "problems_of", "wins_text"]
 
-SHOWN = "TAS", "RAS", "PAS", "half_distance", "half_angle"
+METRICS = "TAS", "RAS", "PAS", "half_distance", "half_angle"
 
 
 @dataclass(frozen=True)
-class Form:
-    """How a text stands in a table, and how a bold one."""
+class TableStyle:
+    """How a table escapes texts, and how it shows them in bold."""
 
     escape: Callable[[str], str]
     bold: Callable[[str], str]
@@ -59,9 +59,9 @@ LATEX = str.maketrans(
         '"': r"\textquotedbl{}",
     }
 )
-TEXT = Form(str, str)
-MARKDOWN = Form(markdown, lambda text: f"**{text}**")
-HTML = Form(escape, lambda text: f"<b>{text}</b>")
+TEXT = TableStyle(str, str)
+MARKDOWN = TableStyle(markdown, lambda text: f"**{text}**")
+HTML = TableStyle(escape, lambda text: f"<b>{text}</b>")
 
 
 def number(value: float) -> str:
@@ -71,19 +71,21 @@ def number(value: float) -> str:
     return f"{value:.4f}" if abs(value) < 10 else f"{value:.4g}"
 
 
-def _shown(comparison: Comparison) -> list[str]:
+def _metric_names(comparison: Comparison) -> list[str]:
     """Return the metrics of the table: the usual ones, those that were asked for, and `by`."""
-    asked = [] if comparison.settings is None else list(comparison.settings.metrics)
-    names = [*SHOWN, *asked, comparison.by]
-    if comparison.settings is None:
-        names = [*SHOWN, *measured(comparison.runs, comparison.by)]
-    there = (name for name in dict.fromkeys(names) if name in comparison.overall)
+    settings, means = comparison.settings, comparison.overall
+    requested = (
+        metric_columns(comparison.runs, comparison.by) if settings is None else settings.metrics
+    )
     return [
-        name for name in there if name == comparison.by or comparison.overall[name].notna().any()
+        name
+        for name in dict.fromkeys([*METRICS, *requested, comparison.by])
+        if name == comparison.by or (name in means and means[name].notna().any())
     ]
 
 
-def _head(name: str, comparison: Comparison) -> str:
+def _header(name: str, comparison: Comparison) -> str:
+    """Return the name of a metric at the head of a column, with its unit."""
     length = "m" if comparison.settings is not None and comparison.settings.form.unit == "m" else ""
     try:
         return header(name, length)
@@ -110,19 +112,19 @@ def _value(row: Mapping[str, Any], name: str) -> str:
     return number(float(row[name]))
 
 
-def overall(comparison: Comparison, form: Form = TEXT) -> pd.DataFrame:
+def overall(comparison: Comparison, style: TableStyle = TEXT) -> pd.DataFrame:
     """Return rank, means, failed runs and coverage of each system."""
     n_sequences = comparison.runs["sequence"].nunique()
     rows = []
     for row in records(comparison.overall):
-        cells = {"system": form.escape(row["system"]), "rank": _rank(row)}
-        for name in _shown(comparison):
+        cells = {"system": style.escape(row["system"]), "rank": _rank(row)}
+        for name in _metric_names(comparison):
             text = _value(row, name)
-            first = name == comparison.by and row["rank_best"] == row["rank_worst"] == 1
-            cells[form.escape(_head(name, comparison))] = form.bold(text) if first else text
+            is_best = name == comparison.by and row["rank_best"] == row["rank_worst"] == 1
+            cells[style.escape(_header(name, comparison))] = style.bold(text) if is_best else text
         if not _same_sequences(comparison):
-            everywhere = number(float(row[f"{comparison.by}_all"]))
-            cells[form.escape(f"{comparison.by} (all)")] = everywhere
+            all_mean = number(float(row[f"{comparison.by}_all"]))
+            cells[style.escape(f"{comparison.by} (all)")] = all_mean
             cells["sequences"] = f"{row['sequences']}/{n_sequences}"
         low, high = 100 * row["failing_low"], 100 * row["failing_high"]
         cells["failed runs"] = f"{row['failed']}/{row['runs']} ({low:.0f}-{high:.0f} %)"
@@ -132,28 +134,28 @@ def overall(comparison: Comparison, form: Form = TEXT) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def by_sequence(comparison: Comparison, form: Form = TEXT) -> pd.DataFrame:
+def by_sequence(comparison: Comparison, style: TableStyle = TEXT) -> pd.DataFrame:
     """Return the metric of each system on each sequence, and d."""
     sequences = comparison.runs["sequence"].unique()
-    of_both = {(row["system"], row["sequence"]): row for row in records(comparison.summary)}
-    first = form.escape(_head(comparison.by, comparison))
+    by_key = {(row["system"], row["sequence"]): row for row in records(comparison.summary)}
+    corner = style.escape(_header(comparison.by, comparison))
     rows = []
     for system in comparison.overall["system"]:
-        cells = {first: form.escape(system)}
+        cells = {corner: style.escape(system)}
         for sequence in sequences:
             text = "not tried"
-            if row := of_both.get((system, sequence)):
+            if row := by_key.get((system, sequence)):
                 text = _value(row, comparison.by)
                 if row["rank_best"] == row["rank_worst"] == 1:
-                    text = form.bold(text)
+                    text = style.bold(text)
                 text += f" ({_rank(row)})" if not math.isnan(row["rank_best"]) else ""
                 text += f" †{row['failed']}" if row["failed"] and "†" not in text else ""
-            cells[form.escape(sequence)] = text
+            cells[style.escape(sequence)] = text
         rows.append(cells)
     if comparison.runs["d"].notna().any():
         d = comparison.runs.groupby("sequence", sort=False)["d"].first()
-        name = "d [m]" if _head("half_distance", comparison).endswith("[m]") else "d"
-        rows.append({first: name, **{form.escape(s): f"{d[s]:.4g}" for s in sequences}})
+        name = "d [m]" if _header("half_distance", comparison).endswith("[m]") else "d"
+        rows.append({corner: name, **{style.escape(s): f"{d[s]:.4g}" for s in sequences}})
     return pd.DataFrame(rows)
 
 
@@ -177,7 +179,7 @@ def latex_table(comparison: Comparison) -> pd.DataFrame:
     """
     systems = comparison.overall["system"]
     columns = {"system": [latex(system) for system in systems]}
-    for name in dict.fromkeys([*SHOWN[:4], comparison.by]):
+    for name in dict.fromkeys([*METRICS[:4], comparison.by]):
         if name not in comparison.overall:
             continue
         larger, pairs = comparison.larger, comparison.pairs
@@ -185,17 +187,17 @@ def latex_table(comparison: Comparison) -> pd.DataFrame:
             larger = larger_is_better(name)
             pairs = pairs_of(comparison.distinct, name, larger, comparison.design)
         decimals, cells = _latex_column(comparison.overall, name, larger, pairs)
-        columns[latex(_head(name, comparison))] = cells
+        columns[latex(_header(name, comparison))] = cells
         if name == comparison.by and not _same_sequences(comparison):
-            everywhere = comparison.overall[f"{name}_all"]
-            columns[latex(f"{name} (all)")] = [_fixed(value, decimals) for value in everywhere]
+            all_means = comparison.overall[f"{name}_all"]
+            columns[latex(f"{name} (all)")] = [_fixed(value, decimals) for value in all_means]
     return pd.DataFrame(columns)
 
 
 def _latex_column(
     table: pd.DataFrame, name: str, larger: bool, pairs: pd.DataFrame
 ) -> tuple[int, list[str]]:
-    """Return decimals and cells of a metric: mean and deviation, the best one bold, and marks."""
+    """Return decimals and cells of a metric: mean and deviation, the best in bold, and marks."""
     failed = np.isinf(table[name])  # of an error: the mean is over the other runs
     means = table[name].where(~failed, table[f"{name}_scored"])
     order = (table[name] if larger else -table[name]).fillna(-math.inf).to_numpy()
@@ -204,17 +206,17 @@ def _latex_column(
     for pair in records(pairs[pairs["sequence"].isna()]):
         if best in (pair["a"], pair["b"]):
             other = pair["b"] if pair["a"] == best else pair["a"]
-            untested, ahead = math.isnan(pair["p"]), isinstance(pair["better"], str)
-            marks[other] = r"$^{\circ}$" if untested else "" if ahead else "$^{=}$"
-    leading = abs(order.max())
-    decimals = max(0, 3 - math.ceil(math.log10(leading))) if 1e-9 < leading < math.inf else 3
+            untested, significant = math.isnan(pair["p"]), isinstance(pair["better"], str)
+            marks[other] = r"$^{\circ}$" if untested else "" if significant else "$^{=}$"
+    largest = abs(order.max())
+    decimals = max(0, 3 - math.ceil(math.log10(largest))) if 1e-9 < largest < math.inf else 3
     cells = []
-    for row, mean, other_runs in zip(records(table), means, failed, strict=True):
+    for row, mean, without_failed in zip(records(table), means, failed, strict=True):
         text = _fixed(mean, decimals)
         text = rf"\textbf{{{text}}}" if row["system"] == best else text
         deviation = row[f"{name}_sd"]
         text += rf" $\pm$ {deviation:.{decimals}f}" if math.isfinite(deviation) else ""
-        text += r"$^{\dagger}$" if other_runs and math.isfinite(mean) else ""
+        text += r"$^{\dagger}$" if without_failed and math.isfinite(mean) else ""
         cells.append(text + marks.get(row["system"], ""))
     return decimals, cells
 
@@ -251,12 +253,12 @@ def legend(comparison: Comparison) -> list[str]:
             f"(1-2): not significantly different (false discovery rate {100 * LEVEL:.0f} %)"
         )
     if (comparison.distinct["status"] != "scored").any():
-        marks.append("†1: a failed or missing run; errors are of the others")
+        marks.append("†1: one failed or missing run; errors are means over the other runs")
     return lines + (["; ".join(marks)] if marks else [])
 
 
 def conditions(settings: Settings | None) -> list[str]:
-    """Return what else there is to say about the numbers."""
+    """Return further lines on what the numbers mean."""
     lines = ["failed runs: in brackets the 95 % interval of how often a run fails"]
     if settings is not None:
         lines.append(f"missing cameras: {settings.missing}")
@@ -287,6 +289,6 @@ def differences_of(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def wins_text(pair: Mapping[str, Any]) -> str:
-    """Return how often the first of a pair wins, and how certain that is."""
-    certain = "not tested" if math.isnan(pair["p"]) else p_text(pair["p"])
-    return f"wins {pair['wins']:.0%}, {certain}"
+    """Return how often the first system of a pair wins, and the p-value."""
+    p_value = "not tested" if math.isnan(pair["p"]) else p_text(pair["p"])
+    return f"wins {pair['wins']:.0%}, {p_value}"

@@ -17,23 +17,23 @@ __all__ = ["difference_text", "notes_on_runs", "p_text", "verdict"]
 
 
 def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFrame) -> list[str]:
-    """Return sentences on the systems over all."""
+    """Return sentences on the systems over all sequences."""
     scored = runs[runs["status"] == "scored"]
     if len(scored) and not scored[by].notna().any():
         if "TAS" in scored and scored["TAS"].notna().any():
-            return [f"no run has a {by}, which takes rotations; --by TAS compares by positions"]
+            return [f"no run has a {by}, which needs rotations; --by TAS compares by positions"]
         return [f"no run has a {by}"]
     order = overall["system"].tolist()
-    pairs = pairs[pairs["sequence"].isna()].copy()
-    places = pairs[["a", "b"]].map(order.index)
-    pairs = pairs.assign(first=places.min(axis=1), second=places.max(axis=1))
+    pairs = pairs[pairs["sequence"].isna()]
+    positions = pairs[["a", "b"]].map(order.index)
+    pairs = pairs.assign(first=positions.min(axis=1), second=positions.max(axis=1))
     pairs = pairs.sort_values(["first", "second"])
     tested = pairs[pairs["p"].notna()]
     lines = []
     if len(tested):
         leader = order[tested["first"].iloc[0]]
         of_leader = tested[(tested["a"] == leader) | (tested["b"] == leader)]
-        lines = _of_leader(leader, records(of_leader), by, len(tested))
+        lines = _on_leader(leader, records(of_leader), by, len(tested))
     if len(tested) > 1:
         n = int(tested["better"].notna().sum())
         lines.append(
@@ -41,7 +41,7 @@ def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFr
             f"{100 * LEVEL:.0f} % of the differences that are called significant are expected to "
             "be false. The adjusted p of a pair depends a little on the other pairs."
         )
-    return [*lines, *_too_few(pairs), *_lacking(runs, by)]
+    return [*lines, *_too_few_runs(pairs), *_without_value(runs, by), *_missing_sequences(runs, by)]
 
 
 def p_text(p: float) -> str:
@@ -56,86 +56,92 @@ def difference_text(value: float, low: float, high: float, *, significant: bool)
     return f"{text} ({low:.3g} to {high:.3g})" if has_interval else text
 
 
-def _of_pair(pair: dict[str, Any], by: str, n_tested: int) -> str:
-    """Return who of two is ahead, how often it wins, and by how much."""
-    wins, gain, low, high = (pair[name] for name in ("wins", "difference", "low", "high"))
+def _on_pair(pair: dict[str, Any], by: str, n_tested: int) -> str:
+    """Return which of two systems is ahead, how often it wins, and by how much."""
+    wins, value, low, high = (pair[name] for name in ("wins", "difference", "low", "high"))
     first, second = pair["a"], pair["b"]
-    ahead = isinstance(pair["better"], str)
-    if pair["better"] == pair["b"] or (not ahead and wins < 0.5):
-        wins, gain, low, high = 1 - wins, -gain, -high, -low
+    significant = isinstance(pair["better"], str)
+    if pair["better"] == pair["b"] or (not significant and wins < 0.5):
+        wins, value, low, high = 1 - wins, -value, -high, -low
         first, second = second, first
-    who = f"{first} is ahead of {second}: it"
-    if not ahead:
-        who = f"{first} and {second} are not distinguishable: {first}"
-    where = f"{pair['sequences']} sequence{'s' * (pair['sequences'] > 1)}"
-    certain = p_text(pair["p_raw"])
+    result = f"{first} is ahead of {second}: it"
+    if not significant:
+        result = f"{first} and {second} are not distinguishable: {first}"
+    p_values = p_text(pair["p_raw"])
     if n_tested > 1:
-        certain += f", adjusted for {n_tested} pairs {pair['p']:.2g}"
-    size = difference_text(gain, low, high, significant=ahead)
-    mean = f", mean {by} {size}" if math.isfinite(gain) else ""
-    return f"{who} wins {100 * wins:.0f} % of the run pairs on {where} ({certain}){mean}."
+        p_values += f", adjusted for {n_tested} pairs {pair['p']:.2g}"
+    difference = difference_text(value, low, high, significant=significant)
+    mean = f", mean {by} {difference}" if math.isfinite(value) else ""
+    where = _number(pair["sequences"], "sequence")
+    return f"{result} wins {100 * wins:.0f} % of the run pairs on {where} ({p_values}){mean}."
 
 
-def _of_leader(leader: str, tested: Sequence[dict[str, Any]], by: str, n_tested: int) -> list[str]:
+def _number(n: int, what: str) -> str:
+    """Return a number of things."""
+    return f"{n} {what}{'s' * (n != 1)}"
+
+
+def _on_leader(leader: str, tested: Sequence[dict[str, Any]], by: str, n_tested: int) -> list[str]:
     """Compare the first system with the second in full, and with the others in short."""
     first, *others = tested
-    lines = [_of_pair(first, by, n_tested)]
+    lines = [_on_pair(first, by, n_tested)]
     if math.isfinite(first["p_like_these"]):
         ahead = first["better_like_these"]
         who = f"{ahead} is ahead" if isinstance(ahead, str) else "they are not distinguishable"
         lines.append(f"On sequences like these, {who} ({p_text(first['p_like_these'])}).")
-    kinds: dict[str, list[str]] = {"ahead of": [], "behind": [], "not distinguishable from": []}
+    ahead, behind, equal = "ahead of", "behind", "not distinguishable from"
+    relations: dict[str, list[str]] = {ahead: [], behind: [], equal: []}
     for pair in others:
-        other = pair["b"] if pair["a"] == leader else pair["a"]
-        better = pair["better"]
-        is_ahead = isinstance(better, str)
-        kind = (
-            "not distinguishable from"
-            if not is_ahead
-            else "ahead of"
-            if better == leader
-            else "behind"
-        )
-        kinds[kind].append(other)
+        other, better = pair["b"] if pair["a"] == leader else pair["a"], pair["better"]
+        relation = {leader: ahead, other: behind}.get(better, equal)
+        relations[relation].append(other)
     return lines + [
-        f"{leader} is {kind} {first_few(systems)}." for kind, systems in kinds.items() if systems
+        f"{leader} is {relation} {first_few(systems)}."
+        for relation, systems in relations.items()
+        if systems
     ]
 
 
-def _too_few(pairs: pd.DataFrame) -> list[str]:
+def _too_few_runs(pairs: pd.DataFrame) -> list[str]:
     """Return which pairs no result could make significant, and how many runs are needed."""
-    lines = []
-    mute = pairs[pairs["needed"] != ""]
-    names = ["method", "runs_a", "runs_b", "sequences", "needed"]
-    for _, own in mute.groupby(names, sort=False):
-        method, runs_a, runs_b, sequences, needed = (records(own)[0][name] for name in names)
-        fewer, more = sorted((runs_a, runs_b))
-        where = f"{sequences} sequence{'s' * (sequences > 1)}"
-        if method == SINGLE:
-            have = f"single runs on {where}"
-        elif method == PAIRED:
-            have = f"so few paired runs on {where}"
-        elif method == DEPENDENT and fewer < MIN_RUNS:
-            have = f"{fewer} runs that are on all of {where}"
-        else:
-            each = f"{fewer} runs each" if fewer == more else f"{fewer} and {more} runs"
-            have = f"{each} on {where}"
-        who = [f"{row['a']} and {row['b']}" for row in records(own)]
-        several = f" ({len(who)} pairs)" if len(who) > 1 else ""
-        lines.append(
-            f"{first_few(who)}{several}: with {have} no result could be significant; "
-            f"{needed} are needed."
-        )
-    return lines
+    systems: dict[tuple[str, str], list[str]] = {}
+    for pair in records(pairs[pairs["needed"] != ""]):
+        key = _runs_text(pair), pair["needed"]
+        systems.setdefault(key, []).append(f"{pair['a']} and {pair['b']}")
+    return [
+        f"{first_few(names)}{f' ({len(names)} pairs)' if len(names) > 1 else ''}: with {runs} no "
+        f"result could be significant; {needed} are needed."
+        for (runs, needed), names in systems.items()
+    ]
 
 
-def _lacking(runs: pd.DataFrame, by: str) -> list[str]:
+def _runs_text(pair: dict[str, Any]) -> str:
+    """Return how many runs a pair has."""
+    fewer, more = sorted((pair["runs_a"], pair["runs_b"]))
+    where = _number(pair["sequences"], "sequence")
+    if pair["method"] == SINGLE:
+        return f"single runs on {where}"
+    if pair["method"] == PAIRED:
+        return f"so few paired runs on {where}"
+    if pair["method"] == DEPENDENT and fewer < MIN_RUNS:
+        return f"{_number(fewer, 'run')} that all of {where} have"
+    return f"{f'{fewer} runs each' if fewer == more else f'{fewer} and {more} runs'} on {where}"
+
+
+def _without_value(runs: pd.DataFrame, by: str) -> list[str]:
+    """Return which systems have no value in any run, so that they are not compared."""
+    has_value = runs[by].notna().groupby(runs["system"], sort=False).any()
+    systems = has_value.index[~has_value].tolist()
+    return [f"No run of {first_few(systems)} has a {by}: not compared."] if systems else []
+
+
+def _missing_sequences(runs: pd.DataFrame, by: str) -> list[str]:
     """Return which systems were not run on all sequences, and what the means are over."""
-    tried = pd.crosstab(runs["system"], runs["sequence"]).gt(0)
-    tried = tried[runs["sequence"].unique()]  # in their order
+    has_run = pd.crosstab(runs["system"], runs["sequence"]).gt(0)
+    has_run = has_run[runs["sequence"].unique()]  # in their order
     lines = [
         f"{system} has no run on {n} of {len(row)} sequences ({first_few(list(row.index[~row]))})."
-        for system, row in tried.iterrows()
+        for system, row in has_run.iterrows()
         if (n := int((~row).sum()))
     ]
     if lines:
@@ -143,7 +149,7 @@ def _lacking(runs: pd.DataFrame, by: str) -> list[str]:
         which = f"the {len(common)} sequences" if len(common) > 1 else "the only sequence"
         lines.append(
             f"Means are over {which} that all systems have ({first_few(common)}), {by} (all) is "
-            "over all that a system has; --expect_all counts the missing ones as failed."
+            "over all sequences of a system; --expect_all counts the missing ones as failed."
             if common
             else "No sequence has runs of all systems, so that their means cannot be compared; "
             "--expect_all counts the missing ones as failed."
@@ -163,10 +169,10 @@ def notes_on_runs(runs: pd.DataFrame, by: str, design: Design) -> list[str]:
     runs = runs[runs["status"] != "copy"]
     numbers = runs.groupby(["system", "sequence"], sort=False).size().groupby("system").max()
     if numbers.max() > numbers.min() > 1:
-        largest, fewest = numbers.idxmax(), numbers.idxmin()
         lines.append(
-            f"{fewest} has {numbers.min()} runs on a sequence, {largest} {numbers.max()}: "
-            "were bad runs left out? Runs count as failed if the YAML file says how many there are"
+            f"{numbers.idxmin()} has {numbers.min()} runs on a sequence, {numbers.idxmax()} "
+            f"{numbers.max()}: were bad runs left out? Runs count as failed if the YAML file says "
+            "how many there are"
         )
     if design == "independent" and (p := _dependence(runs, by)) <= LEVEL:
         lines.append(
@@ -188,7 +194,7 @@ def _dependence(runs: pd.DataFrame, by: str) -> float:
 
     The statistics of the systems add up; a system counts with the runs that all sequences have.
     """
-    statistic, free = 0.0, 0
+    statistic, dof = 0.0, 0
     for _, group in runs.groupby("system", sort=False):
         table = group.pivot(index="sequence", columns="run", values=by).dropna(axis="columns")
         if min(len(table), len(table.columns) - 1) < 2:
@@ -196,5 +202,5 @@ def _dependence(runs: pd.DataFrame, by: str) -> float:
         with np.errstate(invalid="ignore", divide="ignore"):  # of runs that are all equal
             chi_squared = scipy.stats.friedmanchisquare(*table.to_numpy().T).statistic
         if np.isfinite(chi_squared):
-            statistic, free = statistic + chi_squared, free + len(table.columns) - 1
-    return float(scipy.stats.chi2.sf(statistic, free)) if free else 1.0
+            statistic, dof = statistic + chi_squared, dof + len(table.columns) - 1
+    return float(scipy.stats.chi2.sf(statistic, dof)) if dof else 1.0

@@ -14,7 +14,7 @@ from ..registration import Registration
 from ..registration import pcr99 as pcr99_of_all
 from ..rotation import RASResult
 from ..similarity import Similarity
-from ..thresholds import tas_distance, too_few
+from ..thresholds import tas_distance, too_few_cameras
 from ..translation import TASResult, tas
 from ..validation import AlignmentWarning
 from .clock import Clock, find_clock
@@ -28,8 +28,8 @@ from .settings import Settings
 __all__ = ["Compared", "compared", "half_distance_of", "notes_on_matching", "pcr99"]
 __all__ += ["tas_of_other_seeds"]
 
-SMALL_OFFSET = 0.02  # seconds, below which an offset of the clocks must raise the score
-CLEAR_OFFSET = 0.005  # by which it must; a larger one must not lower the score by as much
+SMALL_OFFSET = 0.02  # seconds; a smaller offset of the clocks must raise the score
+CLEAR_OFFSET = 0.005  # by so much; a larger one must not lower the score by as much
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,11 +112,11 @@ def _offset(
     scores = []
     for seconds in (0.0, clock.seconds):
         try:
-            tried = replace(settings, t_offset=seconds)
+            attempted_settings = replace(settings, t_offset=seconds)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                found = compared(reference, estimate, tried, has_rotations, groups)
-            scores.append(found.scored.score)
+                attempt = compared(reference, estimate, attempted_settings, has_rotations, groups)
+            scores.append(attempt.scored.score)
         except ValueError:
             scores.append(-math.inf)
     bound = CLEAR_OFFSET if abs(clock.seconds) < SMALL_OFFSET else -CLEAR_OFFSET
@@ -133,11 +133,11 @@ def _rival(clock: Clock | None) -> str:
     return f": the best are {best} and {clock.runner_up:.3f} s"
 
 
-def notes_on_matching(found: Compared, settings: Settings) -> list[Note]:
+def notes_on_matching(outcome: Compared, settings: Settings) -> list[Note]:
     """Return notes on the clock that was looked for, and on a reference that is too sparse."""
     notes = []
-    if settings.t_offset == "auto" and found.matches.timed:
-        clock, seconds = found.clock, found.t_offset
+    if settings.t_offset == "auto" and outcome.matches.timed:
+        clock, seconds = outcome.clock, outcome.t_offset
         if seconds and clock:
             text = f"time offset of {seconds:.4f} s (standard error {clock.error:.4f} s) added"
         elif clock and clock.certain:
@@ -145,16 +145,16 @@ def notes_on_matching(found: Compared, settings: Settings) -> list[Note]:
         else:
             text = f"no time offset added: none is certain{_rival(clock)}"
         notes.append(Note("clock", text))
-    if found.chord:
+    if outcome.chord:
         text = (
             "the reference is too sparse to be interpolated: straight lines between its poses are "
-            f"off by {found.chord:.1%} of d; poses are compared at its own stamps"
+            f"off by {outcome.chord:.1%} of d; poses are compared at its own stamps"
         )
         notes.append(Note("sparse", text))
-    if n_rig_frames := found.matches.n_rig_frames:
+    if n_rig_frames := outcome.matches.n_rig_frames:
         text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"
-        named = found.matches.keys.dtype.kind == "U"
-        remedy = "--rig_frames none counts each camera" if named else ""
+        has_names = outcome.matches.keys.dtype.kind == "U"
+        remedy = "--rig_frames none counts each camera" if has_names else ""
         notes.append(Note("rig", f"{text} position", remedy))
     return notes
 
@@ -222,7 +222,9 @@ def _tas_options(matches: Matches, settings: Settings) -> dict[str, Any]:
 def half_distance_of(matches: Matches, settings: Settings) -> float:
     """Return the half-score distance, by the refined registration; NaN for too few poses."""
     lost = len(matches.keys) - matches.matched
-    if reason := too_few(lost + matches.n_poses, 0.5, settings.alignment):  # each of many frames
+    if reason := too_few_cameras(
+        lost + matches.n_poses, 0.5, settings.alignment
+    ):  # each of many frames
         warnings.warn(reason, AlignmentWarning, stacklevel=2)
         return math.nan
     gt, est = matches.gt_poses[:, :3, 3], matches.est_poses[:, :3, 3]

@@ -1,4 +1,4 @@
-"""Where a score is lost: the stretches of frames that cost it most.
+"""Stretches of frames that cost a score most.
 
 A frame lacks the share of the thresholds that its error reaches: nothing with an error of 0, all of
 it from the largest threshold on, and where the frame is lost. The mean over the frames is what the
@@ -22,7 +22,7 @@ N_STRETCHES = 3
 
 @dataclass(frozen=True)
 class Deficit:
-    """What some frames cost a score: a stretch of one cause, or the rest of this cause.
+    """Cost of some frames for a score: a stretch of one cause, or the rest of this cause.
 
     Parameters
     ----------
@@ -109,8 +109,8 @@ def largest_sums(
 
     No range spans one of the `changes`. There are as few as reach the sum, and at least one.
     """
-    # Dynamic programming: best[k][j] is the largest sum of k ranges among the first j values, and
-    # opened[k][j] that of k ranges whose last one is open at j, less the sum of the first j values.
+    # Dynamic programming: best[k][j] is the largest sum of k ranges among the first j values;
+    # opened[k][j] with the last range open at j, less the sum of the first j values.
     total = np.concatenate([[0], np.cumsum(values)])
     best = [np.zeros_like(total)]
     opened = [best[0]]

@@ -26,10 +26,11 @@ from .match import Matches
 from .perfect import simulated_scores
 from .settings import Settings
 
-__all__ = ["LOST", "STATUSES", "Evaluation", "Model", "Note", "finite_or_none", "median"]
+__all__ = ["FAILED", "LOST", "STATUSES", "Evaluation", "Model", "Note", "finite_or_none", "median"]
 
 STATUSES = "matched", "no rotation", "no position", "lost"  # of scored cameras
 LOST = STATUSES.index("lost")
+FAILED = "failed"  # kind of the note on an estimate without any pose that counts
 SAMPLE = 1000  # frames from which the chance level is computed
 NO_COLUMNS = {
     *("TAS_seeds", "perfect", "deficits", "alignment", "body_rotation", "lever_arm"),

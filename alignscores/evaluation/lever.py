@@ -47,15 +47,15 @@ def find_lever_arm(gt_positions: Floats, est_poses: Floats, unit: float) -> Leve
     alignment = tas(gt, positions, unit=unit, registration="refined").alignment
     if alignment is None:
         raise ValueError("no lever arm is found: the positions cannot be aligned")
-    vector, off = np.zeros(3), np.zeros(STEPS)
+    vector, misfits = np.zeros(3), np.zeros(STEPS)
     for step in range(STEPS):
-        turned = gt @ alignment.rotation.T
-        wanted = alignment.scale * turned + alignment.translation - positions
-        misfit = np.linalg.norm(wanted - rotations @ vector, axis=1)
-        off[step] = np.median(misfit)
-        inlier = misfit <= FAR * off[step]
-        design = _design(alignment.scale * turned, turned, rotations)
-        solution = _solved(design[inlier], wanted[inlier])
+        rotated = gt @ alignment.rotation.T
+        offsets = alignment.scale * rotated + alignment.translation - positions
+        misfit = np.linalg.norm(offsets - rotations @ vector, axis=1)
+        misfits[step] = np.median(misfit)
+        inlier = misfit <= FAR * misfits[step]
+        design = _design(alignment.scale * rotated, rotated, rotations)
+        solution = _solved(design[inlier], offsets[inlier])
         vector = solution[:3]
         alignment = Similarity(
             alignment.scale - solution[6],
@@ -64,24 +64,24 @@ def find_lever_arm(gt_positions: Floats, est_poses: Floats, unit: float) -> Leve
         )
     blocks = np.arange(len(gt)) * BLOCKS // len(gt)
     parts = [inlier & (blocks != block) for block in range(BLOCKS)]
-    others = np.array([_solved(design[part], wanted[part])[:3] for part in parts])
+    others = np.array([_solved(design[part], offsets[part])[:3] for part in parts])
     errors = np.sqrt((BLOCKS - 1) * others.var(axis=0))
-    if 2 * errors.max() > off[0]:
+    if 2 * errors.max() > misfits[0]:
         text = ", ".join(f"{value:.2g}" for value in errors)
         raise ValueError(f"no lever arm is found: its motion leaves it uncertain by {text}")
     return LeverArm(vector, errors)
 
 
-def _design(scaled: Floats, turned: Floats, rotations: Floats) -> Floats:
+def _design(scaled: Floats, rotated: Floats, rotations: Floats) -> Floats:
     """Return what changes of lever arm, rotation, scale and translation add to p, (n, 3, 10)."""
     crossed = np.cross(np.eye(3), scaled[:, None]).swapaxes(1, 2)
     shifts = np.broadcast_to(np.eye(3), rotations.shape)
-    return np.concatenate([rotations, crossed, turned[:, :, None], shifts], axis=2)
+    return np.concatenate([rotations, crossed, rotated[:, :, None], shifts], axis=2)
 
 
-def _solved(design: Floats, wanted: Floats) -> Floats:
-    """Return the changes that add up to what is wanted."""
-    solution, _, rank, _ = np.linalg.lstsq(design.reshape(-1, 10), wanted.ravel())
+def _solved(design: Floats, offsets: Floats) -> Floats:
+    """Return the changes that add up to the offsets."""
+    solution, _, rank, _ = np.linalg.lstsq(design.reshape(-1, 10), offsets.ravel())
     if rank < 10:
         raise ValueError("no lever arm is found: its rotations do not determine it")
     return np.asarray(solution)

@@ -1,4 +1,4 @@
-"""Which estimated pose belongs to which reference pose: by time, by image name or by row."""
+"""Match estimated to reference poses: by time, by image name or by row."""
 
 import re
 from collections import Counter
@@ -88,7 +88,7 @@ def match(
 ) -> Matches:
     """Return the estimated pose of each expected frame of a reference, as `read_reference` has it.
 
-    The expected frames depend on the reference and the settings alone. By time stamps each pose
+    The expected frames depend only on the reference and the settings. By time stamps each pose
     covers half of ``max_gap`` before and after its own time, and more while the reference stands
     still between two poses: it stays within d and 10 degrees of one of them. A covered frame takes
     the nearest pose, with the reference at the pose's own time; the other frames are lost. A pose
@@ -125,18 +125,17 @@ def check_scorable(
     n_poses, n = matches.n_poses, len(estimate.keys)
     share = 1 - matches.unmatched / max(n - matches.duplicate, 1)
     covered = matches.matched / len(matches.expected_rows)
-    too_few = n_poses < min(MIN_POSES, len(matches.expected_rows))
-    if (
-        too_few and matches.timed
-    ):  # poses may be closer together than frames, not than the reference
+    too_few_poses = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    # Poses may be closer together than frames, not than the reference.
+    if too_few_poses and matches.timed:
         nearest, _ = nearest_stamps(reference.keys, estimate.keys[matches.pose_rows])
         n_poses = len(np.unique(nearest))
-        too_few = n_poses < min(MIN_POSES, len(matches.expected_rows))
-    if too_few or (share < MIN_SHARE and covered < MIN_SHARE):
+        too_few_poses = n_poses < min(MIN_POSES, len(matches.expected_rows))
+    if too_few_poses or (share < MIN_SHARE and covered < MIN_SHARE):
         options = f"--missing {settings.missing}"
         if matches.timed:
             options += f", --t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g}"
-        needed = f"{MIN_POSES} poses" if too_few else f"{MIN_SHARE:.0%} of either"
+        needed = f"{MIN_POSES} poses" if too_few_poses else f"{MIN_SHARE:.0%} of either"
         raise ValueError(
             f"only {n_poses} of {n} poses could be matched to the reference, for {covered:.1%} of "
             f"the expected frames, and it takes {needed} ({options})"
@@ -147,7 +146,7 @@ def check_scorable(
             n, what = matches.n_rig_frames, "rig frames"
         remedy = "--unit sets it"
         if n < 4:
-            reason = f"the reference has {n} of the 4 {what} that it takes"
+            reason = f"the reference has {n} {what}, and it takes 4"
         else:
             reason = f"at least three quarters of the reference {what} coincide with another one"
             if matches.keys.dtype.kind == "U" and what == "poses":
@@ -187,7 +186,7 @@ def with_stamps_of_sparse(
 
 
 def no_clock(stamps: Floats) -> str:
-    """Return the reason why stamps tell no time, or an empty string."""
+    """Return the reason why stamps are no times, or an empty string."""
     if len(stamps) < 2 or np.median(np.diff(np.sort(stamps))) >= MIN_STEP:
         return ""
     return "; its stamps count by one and tell no time: no --t_offset helps"
@@ -272,9 +271,11 @@ def _expected_rows(ref_stamps: Floats, settings: Settings) -> tuple[Indices, Flo
     rows = rows[_is_expected(ref_stamps[rows], settings)]
     if len(rows) == 0:
         limits = {"t_start": settings.t_start, "t_end": settings.t_end}
-        shown = " and ".join(f"{name} {at:.6f} s" for name, at in limits.items() if at is not None)
+        limits_text = " and ".join(
+            f"{name} {at:.6f} s" for name, at in limits.items() if at is not None
+        )
         raise ValueError(
-            f"no reference pose is expected with {shown}: the reference goes from "
+            f"no reference pose is expected with {limits_text}: the reference goes from "
             f"{ref_stamps[0]:.6f} to {ref_stamps[-1]:.6f} s"
         )
     return rows, without_reference
@@ -361,10 +362,10 @@ def _by_key(
     ref_keys, est_keys = reference.keys, estimate.keys
     if {ref_keys.dtype.kind, est_keys.dtype.kind} == {"f", "i"}:
         ref_keys, est_keys = _numbers(ref_keys), _numbers(est_keys)
-    kinds = ref_keys.dtype.kind, est_keys.dtype.kind
-    if kinds[0] != kinds[1]:
+    ref_kind, est_kind = ref_keys.dtype.kind, est_keys.dtype.kind
+    if ref_kind != est_kind:
         raise ValueError(
-            f"the reference has {KEY_KINDS[kinds[0]]}, the estimate {KEY_KINDS[kinds[1]]}: write "
+            f"the reference has {KEY_KINDS[ref_kind]}, the estimate {KEY_KINDS[est_kind]}: write "
             "tables with the same kind, such as 'timestamp x y z qx qy qz qw'"
         )
     rows = first_rows(est_keys, np.ones(len(est_keys), dtype=bool), "estimate")

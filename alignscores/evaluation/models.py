@@ -1,4 +1,4 @@
-"""Estimates of several models: reconstructions of one scene, each in a coordinate frame of its own.
+"""Estimates of several models: reconstructions of one scene, each in its own coordinate frame.
 
 TAS, RAS and PAS of a set are those of its best model, with all images that are not in it missing:
 an estimate is one coordinate frame, and cutting it into parts that are aligned apart does not raise

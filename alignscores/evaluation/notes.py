@@ -27,9 +27,9 @@ __all__ = [
     "why",
 ]
 
-OWN = AlignmentWarning, TrajectoryWarning
+LIBRARY_WARNINGS = AlignmentWarning, TrajectoryWarning
 NOTABLE_SHARE = 0.1  # of the frames
-APART_DEG = 30.0  # between the alignments of positions and rotations that is worth a word
+APART_DEG = 30.0  # between the alignments of positions and rotations that is noted
 MIN_POSES = 20  # so few can fit by chance
 
 
@@ -45,17 +45,19 @@ def collected_warnings() -> Iterator[list[str]]:
     """Collect the library's own warnings as notes; others are issued as usual."""
     notes: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
-        for category in OWN:
+        for category in LIBRARY_WARNINGS:
             warnings.simplefilter("always", category)
         try:
             yield notes
         finally:
             texts = [
-                str(warning.message) for warning in caught if issubclass(warning.category, OWN)
+                str(warning.message)
+                for warning in caught
+                if issubclass(warning.category, LIBRARY_WARNINGS)
             ]
             notes += dict.fromkeys(map(printable, texts))
     for warning in caught:
-        if not issubclass(warning.category, OWN):
+        if not issubclass(warning.category, LIBRARY_WARNINGS):
             warnings.warn_explicit(
                 warning.message, warning.category, warning.filename, warning.lineno
             )
@@ -65,13 +67,13 @@ def explain(
     evaluation: Evaluation, hints: Sequence[Note] = (), *, check: bool = True
 ) -> list[Note]:
     """Return the notes on scores, with the hints on mistakes; with `check` those on low scores."""
-    kinds = [unmatched]
+    functions = [unmatched]
     if evaluation.matches.timed:
-        kinds += [left_out_frames, duplicates, few_poses, ignored_time, chance]
-    kinds += [frozen, lever_arm, indistinguishable, body_rotation, alignments]
+        functions += [left_out_frames, duplicates, few_poses, ignored_time, chance]
+    functions += [frozen, lever_arm, indistinguishable, body_rotation, alignments]
     if check and not hints:  # which may explain it
-        kinds.append(small_unit)
-    notes = [note for kind in kinds if (note := kind(evaluation))] + list(hints)
+        functions.append(small_unit)
+    notes = [note for function in functions if (note := function(evaluation))] + list(hints)
     if check and evaluation.has_rotations and (low := low_score(evaluation)):
         notes.append(low)
     return notes
@@ -123,8 +125,10 @@ def small_unit(evaluation: Evaluation) -> Note | None:
         f"d = {d:.3g} {unit} is far below the spacing of the path: most reference poses lie in "
         f"clumps of {n}, about {spacing:.3g} {unit} apart"
     )
-    named = matches.keys.dtype.kind == "U"
-    remedy = "--rig_frames takes rig frames from the names" if named else f"--unit {spacing:.3g}"
+    has_names = matches.keys.dtype.kind == "U"
+    remedy = (
+        "--rig_frames takes rig frames from the names" if has_names else f"--unit {spacing:.3g}"
+    )
     return Note("spacing", text, f"if these are cameras of one rig, {remedy}, in Python groups=")
 
 
@@ -233,7 +237,7 @@ def low_score(evaluation: Evaluation) -> Note | None:
         return None
     tas, ras, matches = evaluation.result.tas, evaluation.result.ras, evaluation.matches
     far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
-    turned = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
+    rotated = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
     reasons = []
     if evaluation.lost > NOTABLE_SHARE:
         of = "time" if matches.timed else "frames"
@@ -241,9 +245,9 @@ def low_score(evaluation: Evaluation) -> Note | None:
     if np.mean(far) > NOTABLE_SHARE:
         where = _stretch(matches.keys - evaluation.reference.keys[0], far) if matches.timed else ""
         reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")
-    bad = f"{np.mean(turned):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
+    bad = f"{np.mean(rotated):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
     if np.isfinite(ras.errors).any():
-        reasons.append(bad if np.mean(turned) > NOTABLE_SHARE else "rotations fine")
+        reasons.append(bad if np.mean(rotated) > NOTABLE_SHARE else "rotations fine")
     return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
 
 

@@ -1,4 +1,4 @@
-"""What a perfect estimate would score under a reference with errors of its own."""
+"""Score of a perfect estimate under a reference that has errors itself."""
 
 import numpy as np
 import scipy

@@ -83,9 +83,11 @@ def with_formats(settings: Settings, reference: Any, estimate: Any) -> Settings:
     """Return the settings with the formats of reference and estimate, as far as they are open."""
     if settings.format is not None:
         return settings
-    form = format_of(reference, settings.columns_of_reference)
-    est_form = settings.est_format or format_of(estimate, settings.columns_of_estimates)
-    return replace(settings, format=form, est_format=None if est_form == form else est_form)
+    ref_format = format_of(reference, settings.columns_of_reference)
+    est_format = settings.est_format or format_of(estimate, settings.columns_of_estimates)
+    return replace(
+        settings, format=ref_format, est_format=None if est_format == ref_format else est_format
+    )
 
 
 def format_of(trajectory: Any, columns: str | None) -> str:
@@ -143,22 +145,24 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
         if getattr(settings, option) and not poses.has_rotations:
             raise ValueError(f"--{option} needs rotations, which the estimate lacks")
     if settings.lever_arm:  # a position without a rotation says nothing about the reference's prism
-        turned = finite_rows(poses.poses[:, :3, :3])
-        poses = poses._replace(poses=np.where(turned[:, None, None], poses.poses, np.nan))
+        has_rotation = finite_rows(poses.poses[:, :3, :3])
+        poses = poses._replace(poses=np.where(has_rotation[:, None, None], poses.poses, np.nan))
     return poses._replace(poses=inverse_poses(poses.poses)) if settings.invert else poses
 
 
 def _read(path: FilePath, settings: Settings, side: str) -> Trajectory:
     """Read a file; where its format does not fit, the error names the one that does."""
     name = (side == "est" and settings.est_format) or settings.format
-    form = settings.form if side == "ref" else settings.est_form
-    own: str | None = getattr(settings, f"{side}_columns")
-    if own and not form.tables:
-        raise FileError(path, f"is no text table, whose columns --{side}_columns names")
+    file_format = settings.form if side == "ref" else settings.est_form
+    side_columns: str | None = getattr(settings, f"{side}_columns")
+    if side_columns and not file_format.tables:
+        raise FileError(path, f"is not a text table: --{side}_columns does not apply")
     ref_columns, est_columns = settings.columns_of_reference, settings.columns_of_estimates
     columns = ref_columns if side == "ref" else est_columns
     try:
-        return form.read(path, **form.options(getattr(settings, f"{side}_topic"), columns))
+        return file_format.read(
+            path, **file_format.options(getattr(settings, f"{side}_topic"), columns)
+        )
     except FileError as error:
         if (other := _other_format(path, columns)) in ("", name):
             raise

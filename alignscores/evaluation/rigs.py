@@ -46,7 +46,7 @@ def of_model(reference: Any, settings: Settings) -> dict[Any, int]:
 
 
 def by_keys(frames: Mapping[Any, int], keys: NDArray[Any]) -> Indices | None:
-    """Return the rig frame of each key; one of its own for a key without, None without frames."""
+    """Return the rig frame of each key; a key without has its own, None without frames."""
     if not frames:
         return None
     n = max(frames.values()) + 1
@@ -64,17 +64,19 @@ def rig_frames(keys: NDArray[Any], positions: Floats, settings: Settings) -> Ind
     if settings.rig_frames == "auto":
         frames = [key.rpartition("/")[2] for key in keys]
     else:
-        matched = [re.search(settings.rig_frames, key) for key in keys]
-        if not any(matched):
+        matches = [re.search(settings.rig_frames, key) for key in keys]
+        if not any(matches):
             raise ValueError(f"rig_frames: no name fits, such as {str(keys[0])!r}")
-        frames = [one.group(1) if one else key for one, key in zip(matched, keys, strict=True)]
+        frames = [
+            match.group(1) if match else key for match, key in zip(matches, keys, strict=True)
+        ]
     _, labels, counts = np.unique(frames, return_inverse=True, return_counts=True)
     if counts.max() == 1:
         return None
     if settings.rig_frames == "auto":
         means = np.stack([np.bincount(labels, axis) for axis in positions.T], axis=1)
-        apart = np.linalg.norm(positions - (means / counts[:, None])[labels], axis=1)
-        if not np.median(apart) < _spacing(positions, labels):
+        distances = np.linalg.norm(positions - (means / counts[:, None])[labels], axis=1)
+        if not np.median(distances) < _spacing(positions, labels):
             return None
     return labels
 
@@ -91,8 +93,8 @@ def clumps(positions: Floats, d: float) -> tuple[int, float]:
         return 0, 0.0
     # Importing SciPy's k-d tree takes as long as scoring a short recording.
     rows = np.linspace(0, len(positions) - 1, min(SAMPLE, len(positions))).astype(int)
-    of_rows = (np.linalg.norm(positions - positions[row], axis=1) for row in rows)
-    nearest = np.stack([np.partition(one, k)[: k + 1] for one in of_rows])
+    lengths = (np.linalg.norm(positions - positions[row], axis=1) for row in rows)
+    nearest = np.stack([np.partition(row_lengths, k)[: k + 1] for row_lengths in lengths])
     distances = np.sort(nearest, axis=1)[:, 1:]
     far = np.mean(distances[:, 1:] > FAR * distances[:, :-1], axis=0)
     n = int(np.argmax(far)) + 1

@@ -19,7 +19,7 @@ from ..similarity import least_squares_rmse
 from ..texts import printable, unique_names
 from ..validation import finite_rows
 from .compared import compared, half_distance_of, notes_on_matching, tas_of_other_seeds
-from .evaluation import Evaluation, Model, Note, finite_or_none
+from .evaluation import FAILED, Evaluation, Model, Note, finite_or_none
 from .hints import Files, Scored, look, rescue
 from .match import Matches
 from .models import ModelPoses, in_order, poses_of_models, read_models
@@ -90,18 +90,18 @@ def evaluate(
     >>> evaluation.to_dict()["matched"]
     40
     """
-    asked = changes.get("metrics", ())
-    several = isinstance(asked, (list, tuple))
-    functions = [entry for entry in asked if not isinstance(entry, str)] if several else []
+    requested = changes.get("metrics", ())
+    is_list = isinstance(requested, (list, tuple))
+    functions = [entry for entry in requested if not isinstance(entry, str)] if is_list else []
     if functions:
-        changes["metrics"] = [entry for entry in asked if isinstance(entry, str)]
+        changes["metrics"] = [entry for entry in requested if isinstance(entry, str)]
     settings = changed(settings or Settings(), changes)
     ref_times, est_times = times if isinstance(times, tuple) and len(times) == 2 else (times, times)
-    given = reference
+    ref_source = reference
     reference = in_memory(reference, "reference", ref_times)
     estimate = in_memory(estimate, "estimate", est_times)
     settings = with_formats(settings, reference, estimate)
-    frames = of_model(given, settings) if groups is None else of_groups(reference, groups)
+    frames = of_model(ref_source, settings) if groups is None else of_groups(reference, groups)
     with collected_warnings() as warned:
         truth = read_reference(reference, settings)
     in_file = isinstance(estimate, (str, PathLike))
@@ -164,7 +164,7 @@ def score(
             f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
         )
         notes.append(Note("models", text, "--model chooses another one"))
-    evaluation = _score_one(
+    evaluation = _score_trajectory(
         reference,
         poses,
         settings,
@@ -194,7 +194,7 @@ def _each_model(
     scored, files = {}, Files("the reference", "the estimate", "", "")
     for name, poses in models.items():
         with suppress(ValueError):
-            scored[name] = _score_one(
+            scored[name] = _score_trajectory(
                 reference,
                 poses,
                 replace(settings, metrics=()),
@@ -213,7 +213,7 @@ def _each_model(
     return scored
 
 
-def _score_one(
+def _score_trajectory(
     reference: Trajectory,
     poses: Trajectory,
     settings: Settings,
@@ -228,9 +228,12 @@ def _score_one(
 ) -> Evaluation:
     """Match, score and explain the poses of an estimate; see `score`. `notes` are those so far."""
     has_rotations = reference.has_rotations and poses.has_rotations
-    if reference.has_rotations and not has_rotations:
-        notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
     constant, poses = _constant(poses, settings, has_rotations)
+    failed = [note for note in constant if note.kind == FAILED]  # it needs no further notes
+    if failed:
+        notes.clear()
+    elif reference.has_rotations and not has_rotations:
+        notes.append(Note("rotations", "it has no rotations: RAS and PAS have no value"))
     notes += constant
     reference, poses = reference.with_rotations(), poses.with_rotations()
 
@@ -239,24 +242,24 @@ def _score_one(
 
     with collected_warnings() as of_estimate:
         try:
-            found = compared(reference, poses, settings, has_rotations, groups)
+            outcome = compared(reference, poses, settings, has_rotations, groups)
         except ValueError as error:
             remedy = check and rescue(
                 reference, poses, settings, attempt, files, has_rotations=has_rotations
             )
             raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
-        half_distance = half_distance_of(found.matches, settings)
-    if not np.isnan(poses.poses).all():  # a failed run needs no further notes
+        half_distance = half_distance_of(outcome.matches, settings)
+    if not failed:
         notes += [Note("estimate", text) for text in of_estimate]
-    matches, result = found.matches, found.result
-    pairs = _every_pose(matches, found.estimate)
+    matches, result = outcome.matches, outcome.result
+    pairs = _every_pose(matches, outcome.estimate)
     metrics, without_value = _metrics(matches, pairs, settings, functions, of_models)
     evaluation = Evaluation(
         name=name,
         file=files.est_path,
         settings=settings,
         reference=reference,
-        estimate=found.estimate,
+        estimate=outcome.estimate,
         read=poses,
         matches=matches,
         result=result,
@@ -264,19 +267,19 @@ def _score_one(
         half_distance=half_distance,
         ate=_ate(pairs, settings),
         metrics=metrics,
-        t_offset=found.t_offset,
-        body_rotation=found.body_rotation,
-        lever_arm=found.lever_arm,
+        t_offset=outcome.t_offset,
+        body_rotation=outcome.body_rotation,
+        lever_arm=outcome.lever_arm,
         notes=notes,
     )
-    notes += notes_on_matching(found, settings)
+    notes += notes_on_matching(outcome, settings)
     hints = []
     if check:
         hints = look(
             reference,
             poses,
             settings,
-            found.scored,
+            outcome.scored,
             attempt,
             files,
             has_rotations=has_rotations,
@@ -291,15 +294,18 @@ def _constant(
 ) -> tuple[list[Note], Trajectory]:
     """Return notes on an estimate that does not move or rotate, and the poses that count.
 
-    One pose throughout is none: the run has failed.
+    One pose throughout is none: the run has failed, as it has without any finite pose.
     """
+    positions = estimate.poses[finite_rows(estimate.poses[:, :3, 3]), :3, 3]
+    if not len(positions):
+        return [Note(FAILED, "it has no finite pose")], estimate
     if has_rotations and not has_constant_rotations(estimate):
         return [], estimate
-    positions = estimate.poses[finite_rows(estimate.poses[:, :3, 3]), :3, 3]
     if len(positions) > 1 and (positions == positions[0]).all():
-        text = "it has one pose throughout: a run that failed, without a pose that counts"
         nothing = np.full_like(estimate.poses, np.nan)
-        return [Note("constant", text)], estimate._replace(poses=nothing)
+        return [Note(FAILED, "it has one pose throughout: no pose counts")], estimate._replace(
+            poses=nothing
+        )
     if not has_rotations:
         return [], estimate
     text = "its rotations are all the same, and are scored as they are"

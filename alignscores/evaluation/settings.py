@@ -103,7 +103,7 @@ class Settings:
         choices=("fail", "ignore"),
     )
     t_max_diff: float = _seconds(
-        0.01, "largest difference between matched time stamps, in s", least=0
+        0.01, "largest difference between matched time stamps, in s", minimum=0
     )
     sync: str = _time(
         "auto",
@@ -123,7 +123,7 @@ class Settings:
         2.0,
         "largest gap between two poses that is covered, in s: each pose covers half of it on "
         "either side, and the rest of a longer gap is lost; 0: each frame needs its own pose",
-        least=0,
+        minimum=0,
     )
     t_start: float | None = _seconds(None, "start of the expected frames, in s")
     t_end: float | None = _seconds(None, "end of the expected frames, in s")
@@ -166,7 +166,7 @@ class Settings:
     )
     max_threshold: float = _number(1.0, "largest threshold of the TAS in units of d", above=0)
     max_threshold_deg: float = _number(10.0, "largest threshold of the RAS in degrees", above=0)
-    weight: float = _number(0.5, "share of the TAS in the PAS, from 0 to 1", least=0, most=1)
+    weight: float = _number(0.5, "share of the TAS in the PAS, from 0 to 1", minimum=0, maximum=1)
     registration: str = _setting(
         "refined",
         "refined: the alignment with the best TAS; pcr99: the paper's random one",
@@ -187,20 +187,20 @@ class Settings:
         "estimate is not distinguishable from it",
         number=float,
         numbers="X,DEG",
-        least=0,
+        minimum=0,
     )
     seed: int = _setting(
         0,
         "first seed of the registration, and the seed of errors, plots and saved files",
         number=int,
-        least=0,
+        minimum=0,
     )
     repeat: int = _setting(
         10,
         "number of seeds, from --seed on, over which pcr99 averages TAS and PAS; refined uses one, "
         "since it hardly depends on the seed",
         number=int,
-        least=1,
+        minimum=1,
     )
     metrics: tuple[str, ...] = _setting(
         (),
@@ -218,7 +218,7 @@ class Settings:
         values["invert"] = values["est_invert"] = values["invert"] or values["est_invert"]
         values["frames"] = _stamps_or_path(self.frames)
         names = split_names(self.metrics) if isinstance(self.metrics, str) else self.metrics
-        if not isinstance(names, (list, tuple)) or not all(isinstance(one, str) for one in names):
+        if not isinstance(names, (list, tuple)) or not all(isinstance(name, str) for name in names):
             raise ValueError("metrics must be names; `evaluate` takes functions, too")
         metrics = {entry.name: entry for entry in map(metric, names)}
         if any("evo" in entry.needs for entry in metrics.values()):
@@ -276,9 +276,9 @@ class Settings:
             if needs == "timed" and not self.form.timed:
                 raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
             if needs == "topics" and not (self.form.topics or self.est_form.topics):
-                raise ValueError(f"{name} is of bags, and {self.format} files have no topics")
+                raise ValueError(f"{name} applies only to bags: {self.format} files have no topics")
             if needs == "tables" and not (self.form.tables or self.est_form.tables):
-                raise ValueError(f"{name} is of text tables, which {self.format} files are not")
+                raise ValueError(f"{name} applies only to text tables, not to {self.format} files")
         if self.form.ordered != self.est_form.ordered:
             raise ValueError(f"{self.est_format} estimates cannot be matched to {self.format}")
         for name in self.metrics:
@@ -335,7 +335,9 @@ class Settings:
 
 
 # What is known about each setting, by name: help, group and bounds.
-ABOUT: dict[str, Mapping[str, Any]] = {one.name: one.metadata for one in fields(Settings)}
+ABOUT: dict[str, Mapping[str, Any]] = {
+    setting.name: setting.metadata for setting in fields(Settings)
+}
 
 
 def checked(name: str, value: Any) -> Any:
@@ -347,29 +349,29 @@ def checked(name: str, value: Any) -> Any:
         return value
     try:
         if choices := about.get("choices"):
-            wanted = f"one of {', '.join(choices)}"
+            expected = f"one of {', '.join(choices)}"
             if isinstance(value, str) and value in choices:
                 return value
         elif isinstance(default, bool):
-            wanted = "true or false"
+            expected = "true or false"
             if isinstance(value, bool):
                 return value
         elif "number" not in about:
-            wanted = "a text"
+            expected = "a text"
             if isinstance(value, str):
                 return value
         elif names := about.get("numbers"):
-            wanted = f"{names}, each {_range(about)}"
+            expected = f"{names}, each {_range(about)}"
             parts = value.split(",") if isinstance(value, str) else value
             numbers = tuple(_number_within(part, about) for part in parts)
             if len(numbers) == names.count(",") + 1:
                 return numbers
         else:
-            wanted = _range(about)
+            expected = _range(about)
             return _number_within(value, about)
     except (OverflowError, TypeError, ValueError):
         pass
-    raise ValueError(f"{name} must be {wanted}, not {brief(value)}")
+    raise ValueError(f"{name} must be {expected}, not {brief(value)}")
 
 
 def _number_within(value: Any, about: Mapping[str, Any]) -> float:
@@ -379,9 +381,9 @@ def _number_within(value: Any, about: Mapping[str, Any]) -> float:
     if not (of_text or fraction):
         raise TypeError
     number: float = about["number"](value)
-    least, above, most = (about.get(name) for name in ("least", "above", "most"))
-    too_low = (least is not None and number < least) or (above is not None and number <= above)
-    if not math.isfinite(number) or too_low or (most is not None and number > most):
+    minimum, above, maximum = (about.get(name) for name in ("minimum", "above", "maximum"))
+    too_low = (minimum is not None and number < minimum) or (above is not None and number <= above)
+    if not math.isfinite(number) or too_low or (maximum is not None and number > maximum):
         raise ValueError
     return number
 
@@ -391,10 +393,10 @@ def _range(about: Mapping[str, Any]) -> str:
     text = "a whole number" if about["number"] is int else "a finite number"
     if "above" in about:
         text += f" above {about['above']:g}"
-    elif "most" in about:
-        text += f" from {about['least']:g} to {about['most']:g}"
-    elif "least" in about:
-        text += f" of at least {about['least']:g}"
+    elif "maximum" in about:
+        text += f" from {about['minimum']:g} to {about['maximum']:g}"
+    elif "minimum" in about:
+        text += f" of at least {about['minimum']:g}"
     return text + "".join(f" or {word}" for word in about.get("words", ()))
 
 
@@ -405,7 +407,7 @@ def _check_rig_frames(text: str) -> None:
     try:
         n_groups = re.compile(text).groups
     except (re.error, TypeError) as error:
-        raise ValueError(f"rig_frames {brief(text)} is no regular expression: {error}") from None
+        raise ValueError(f"rig_frames {brief(text)} is not a regular expression: {error}") from None
     if n_groups != 1:
         raise ValueError(r"rig_frames needs one group in brackets, as in '(\d+)\.png$'")
 

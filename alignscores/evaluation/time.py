@@ -1,6 +1,6 @@
 """Time: the expected frames of a reference, the pose that answers for each, and what is lost.
 
-The expected frames depend on the reference and the options alone, never on the estimate. Each
+The expected frames depend only on the reference and the options, never on the estimate. Each
 estimated pose covers half the largest gap before and after its own time. So keyframes are scored
 like all frames, and an interruption lowers the scores by its share of the time.
 """
@@ -39,7 +39,7 @@ def sampled_rows(stamps: Floats, rate: float) -> Indices:
 
 
 def breaks(times: Floats) -> Indices:
-    """Return where frames follow a gap of the reference, in which nothing is expected."""
+    """Return where frames follow a gap of the reference: nothing is expected in it."""
     steps = np.diff(times)
     return np.flatnonzero(steps > 3 * np.median(steps)) + 1 if len(steps) else steps.astype(np.intp)
 
@@ -98,8 +98,8 @@ def covered_frames(
 def is_near(poses: Floats, others: Floats, unit: float) -> Booleans:
     """Return which poses are within `unit` and `STILL_DEG` of another pose, or of one each."""
     near = np.linalg.norm(poses[:, :3, 3] - others[..., :3, 3], axis=1) <= unit
-    turned = rotation_angles(others[..., :3, :3].swapaxes(-1, -2) @ poses[:, :3, :3])
-    return np.asarray(near & (turned <= STILL_DEG))
+    angles = rotation_angles(others[..., :3, :3].swapaxes(-1, -2) @ poses[:, :3, :3])
+    return np.asarray(near & (angles <= STILL_DEG))
 
 
 def _between(first: Floats, second: Floats, share: Floats) -> Floats:
@@ -147,9 +147,9 @@ def poses_at(stamps: Floats, estimate: Trajectory, *, near: float, t_max_diff: f
     share = (stamps[between] - estimate.keys[first]) / length[between]
     poses[between] = _between(estimate.poses[first], estimate.poses[last], share)
     keys[between] = stamps[between]
-    some = np.flatnonzero(between | (distance <= t_max_diff))
-    some = some[np.unique(keys[some], return_index=True)[1]]
-    return Trajectory(keys[some], poses[some])
+    matched = np.flatnonzero(between | (distance <= t_max_diff))
+    matched = matched[np.unique(keys[matched], return_index=True)[1]]
+    return Trajectory(keys[matched], poses[matched])
 
 
 def nearest_stamps(stamps: Floats, times: Floats) -> tuple[Indices, Floats]:

@@ -16,7 +16,7 @@ from .trajectory import (
 
 __all__ = ["read_bag"]
 
-MAX_BYTES = 10**13  # of a bag, most of which are images
+MAX_BYTES = 10**13  # of a bag; most are images
 
 
 def read_bag(path: FilePath, *, topic: str | None = None) -> Trajectory:

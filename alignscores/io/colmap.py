@@ -25,7 +25,7 @@ __all__ = ["has_model", "is_model", "read_colmap", "read_colmap_models", "read_r
 
 Images = list[tuple[str, tuple[float, ...], int]]  # names, qw qx qy qz tx ty tz, and IMAGE_IDs
 
-MAX_BYTES = 10**11  # of images.bin and images.txt, most of which are points, which are not read
+MAX_BYTES = 10**11  # of images.bin and images.txt; most are points, which are not read
 # In images.bin: number, pose and camera of an image; its name; the number of its points.
 POSE = struct.Struct("<I7d4x")
 POINT = 24  # bytes
@@ -74,7 +74,7 @@ def read_colmap(path: Any) -> Trajectory:
 
 
 def read_colmap_models(path: FilePath) -> dict[str, Trajectory]:
-    """Read all models in a folder such as COLMAP's ``sparse``, each in a folder of its own.
+    """Read all models in a folder such as COLMAP's ``sparse``, each in its own folder.
 
     Parameters
     ----------
@@ -264,9 +264,9 @@ def _frames_of_binary(path: Path) -> dict[int, int]:
             frame, n_data = FRAME.unpack_from(content, at)
             at += FRAME.size
             for _ in range(n_data):
-                kind, number = DATUM.unpack_from(content, at)
+                sensor_type, number = DATUM.unpack_from(content, at)
                 at += DATUM.size
-                if kind == CAMERA:
+                if sensor_type == CAMERA:
                     frame_of[number] = frame
     except struct.error:
         raise FileError(path, "is cut off or damaged; --rig_frames none does without it") from None
@@ -286,8 +286,8 @@ def _frames_of_text(path: Path) -> dict[int, int]:
                 raise ValueError
             images = [
                 int(datum)
-                for kind, datum in zip(data[::3], data[2::3], strict=True)
-                if kind == "CAMERA"
+                for sensor_type, datum in zip(data[::3], data[2::3], strict=True)
+                if sensor_type == "CAMERA"
             ]
         except (IndexError, ValueError):
             reason = "must hold 'FRAME_ID RIG_ID QW QX QY QZ TX TY TZ NUM_DATA_IDS' and as many "

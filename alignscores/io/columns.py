@@ -1,9 +1,9 @@
-"""What the columns of a text table hold: by ``--columns``, by a header, or by their number.
+"""The meaning of a text table's columns: by ``--columns``, by a header, or by their number.
 
 The rule for headers: a name is cut into words at everything but letters. A word that is an axis,
 x, y, z or w, or ends in one, makes it a coordinate.
 
-- Position: the axis alone, or with one of `POSITIONS`, as in ``tx``, ``p_RS_R_x [m]``,
+- Position: only the axis, or with one of `POSITIONS`, as in ``tx``, ``p_RS_R_x [m]``,
   ``pose.position.x``, ``tx_world_device``, ``x_gt``.
 - Quaternion: with one of `ORIENTATIONS`, as in ``qx``, ``q_RS_w []``, ``rotW``; all four.
 - Rotation vector in radians: ``rx``, ``ry``, ``rz``, or with one of `VECTORS`. Matrix: ``r11`` to
@@ -37,8 +37,8 @@ LAST_ROW = ("r41", "r42", "r43", "r44")
 TUM, W_FIRST = "t x y z qx qy qz qw", "t x y z qw qx qy qz"
 MATRIX = "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
 FOUR_ROWS = f"{MATRIX} {' '.join(LAST_ROW)}"
-KNOWN = ["x y z", "t x y z", TUM[2:], MATRIX, f"n {MATRIX}", FOUR_ROWS, f"n {FOUR_ROWS}"]
-BY_WIDTH = {len(names.split()): names for names in KNOWN}  # of tables that do not name them
+USUAL_COLUMNS = ["x y z", "t x y z", TUM[2:], MATRIX, f"n {MATRIX}", FOUR_ROWS, f"n {FOUR_ROWS}"]
+BY_WIDTH = {len(names.split()): names for names in USUAL_COLUMNS}  # of tables that do not name them
 OF_NAMES = [
     "name qw qx qy qz x y z",
     "name x y z qx qy qz qw",
@@ -69,13 +69,13 @@ OTHERS |= {"a", "b", "linear", "twist", "omega", "bias", "force", "gravity", "eu
 OTHERS |= {"cov", "covariance", "std", "sigma", "var", "variance", "err", "error", "errors"}
 
 
-def name_columns(table: Table, named: str | None = None) -> list[str]:
+def name_columns(table: Table, columns: str | None = None) -> list[str]:
     """Return what each column of a table holds; - for columns that are not used."""
     width = len(table.first)
-    names = parse_columns(named) if named else _of_header(table) or _by_width(table)
+    names = parse_columns(columns) if columns else _of_header(table) or _by_width(table)
     if not 0 < len(names) <= width:
         unknown = f"whose meaning is unknown; {NAME_THEM}"
-        reason = f"not the {len(names)} of {named!r}" if named else unknown
+        reason = f"not the {len(names)} of {columns!r}" if columns else unknown
         raise table.source.error(0, f"has {width} column{'s' * (width != 1)}, {reason}")
     return names + ["-"] * (width - len(names))
 
@@ -159,9 +159,9 @@ def _unambiguous(
     if len(choices) == 1:
         return choices[0]
     what = "poses" if len(poses) > 1 else "clocks"
-    shown = " or ".join(f"'{' '.join(choice)}'" for choice in choices[:4])
+    alternatives = " or ".join(f"'{' '.join(choice)}'" for choice in choices[:4])
     reason = f"its header names {len(choices)} {what}; choose one by --ref_columns or --est_columns"
-    raise FileError(table.path, f"{reason} {shown}")
+    raise FileError(table.path, f"{reason} {alternatives}")
 
 
 def _poses(words: Sequence[str], names: Sequence[str], anyone: bool) -> list[list[int]]:
@@ -171,28 +171,23 @@ def _poses(words: Sequence[str], names: Sequence[str], anyone: bool) -> list[lis
     """
     parts = POSITION, QUATERNION, VECTOR, ROTATION, LAST_ROW
     owners = [_owner(word, anyone) for word in words]
-    groups: Groups = defaultdict(
-        list
-    )  # the columns of a part with one owner, the first, the second ...
+    keys = list(zip(names, owners, strict=True))
+    # The columns of a part with one owner, the first, the second ...
+    groups: Groups = defaultdict(list)
     for part in parts:
         for owner in dict.fromkeys(owners):
             columns = {
-                name: [
-                    i
-                    for i, columns_of_owner in enumerate(owners)
-                    if (names[i], columns_of_owner) == (name, owner)
-                ]
-                for name in part
+                name: [i for i, key in enumerate(keys) if key == (name, owner)] for name in part
             }
             groups[part] += [(owner, list(group)) for group in zip(*columns.values(), strict=False)]
     poses = []
     for owner, position in groups[POSITION]:
-        rotations = [(whose, columns) for part in parts[1:4] for whose, columns in groups[part]]
-        columns_of_owner = [columns for whose, columns in rotations if whose == owner]
-        if not columns_of_owner and len(groups[POSITION]) == 1:
-            columns_of_owner = [columns for whose, columns in rotations if not whose]
+        entries = [entry for part in parts[1:4] for entry in groups[part]]
+        rotations = [columns for name, columns in entries if name == owner]
+        if not rotations and len(groups[POSITION]) == 1:
+            rotations = [columns for name, columns in entries if not name]
         last_row = [column for _, columns in groups[LAST_ROW] for column in columns]
-        poses += [[*position, *rotation, *last_row] for rotation in columns_of_owner or [[]]]
+        poses += [[*position, *rotation, *last_row] for rotation in rotations or [[]]]
     return poses
 
 
@@ -251,16 +246,16 @@ def _what(text: str, anyone: bool = False) -> str:
 
 def _coordinate(axis: str, prefix: set[str], others: set[str], anyone: bool) -> str:
     """Return what a coordinate belongs to, by the letters before its axis or the other words."""
-    kinds = prefix or others
+    qualifiers = prefix or others
     if OTHERS & (prefix | others):
         return "-"
-    if kinds & ORIENTATIONS:
+    if qualifiers & ORIENTATIONS:
         return f"q{axis}"
     if axis == "w":
         return "-"
-    if kinds & VECTORS or prefix == {"r"}:
+    if qualifiers & VECTORS or prefix == {"r"}:
         return f"r{axis}"
-    return axis if anyone or kinds & {*POSITIONS, *OWNERS} or not kinds else "-"
+    return axis if anyone or qualifiers & {*POSITIONS, *OWNERS} or not qualifiers else "-"
 
 
 def _complete(names: Sequence[str]) -> list[str]:

@@ -138,16 +138,16 @@ def recognise(path: FilePath, columns: str | None = None) -> str:
     """
     file = Path(path)
     if file.is_dir():
-        for name, form in FORMATS.items():
-            if form.is_folder and form.is_folder(file):
+        for name, file_format in FORMATS.items():
+            if file_format.is_folder and file_format.is_folder(file):
                 return name
         reason = "is a folder with no COLMAP model, bag or matrices in .txt files"
         raise FileError(path, f"{reason}; name the format: alignscores FORMAT REF EST")
-    for name, form in FORMATS.items():
-        if file.suffix in form.suffixes:
+    for name, file_format in FORMATS.items():
+        if file.suffix in file_format.suffixes:
             return name
     text = read_head(path)
-    for name, form in FORMATS.items():
-        if form.begins and form.begins(text):
+    for name, file_format in FORMATS.items():
+        if file_format.begins and file_format.begins(text):
             return name
     return format_of_table(path, columns)

@@ -55,7 +55,7 @@ def read_g2o(path: FilePath) -> Trajectory:
         lines.append(number)
         values.append(pose)
     if not values:
-        raise FileError(path, f"is a pose graph of g2o without {VERTEX}, which is all that is read")
+        raise FileError(path, f"is a pose graph of g2o without {VERTEX}; only these are read")
     source = Source(path, lambda row: f"line {lines[row]}")
     positions, quaternions = np.split(np.array(values), [3], axis=1)
     poses = poses_from_quaternions(positions, quaternions, source)

@@ -154,6 +154,8 @@ def _split(row: str, separator: str | None) -> list[str]:
 def _row(line: str) -> str:
     """Return a line without its comment and with plain NaN; empty if nothing is left."""
     if ".#" in line:
-        line = MICROSOFT.sub(lambda one: f"{one[1]}inf" if one[2] in "INFinf" else "nan", line)
+        line = MICROSOFT.sub(
+            lambda match: f"{match[1]}inf" if match[2] in "INFinf" else "nan", line
+        )
     text = line.partition("#")[0].strip()
     return "" if text.startswith(COMMENTS) else text

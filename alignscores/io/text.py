@@ -157,7 +157,7 @@ def read_kitti(path: FilePath, *, columns: str | None = None) -> Trajectory:
     """
     trajectory = _read_table(path, columns)
     if trajectory.keys.dtype.kind == "f":
-        raise FileError(path, "has time stamps, which the kitti format has not; give tum instead")
+        raise FileError(path, "has time stamps, unlike the kitti format; give tum instead")
     return trajectory
 
 
@@ -343,7 +343,7 @@ def _matrix(path: Path) -> Floats:
 
 
 def _read_table(path: FilePath, columns: str | None, usual: str = "s") -> Trajectory:
-    """Read a table; nothing is said of columns that are left out where stamps are usually in ns."""
+    """Read a table; no warning about columns that are left out where stamps are usually in ns."""
     table = open_table(path)
     names = name_columns(table, columns)
     used = [name for name in names if name not in ("-", "name")]
@@ -396,7 +396,9 @@ def _keys(column: dict[str, Floats], source: Source, usual: str) -> NDArray[Any]
         for name, values in stamps.items() if len(stamps) > 1 else ():
             beyond = (values < 0) | (values >= TIME_UNITS[name[2:]])
             if name != "t_s":
-                source.refuse(beyond, f"{name} is no fraction of t_s; --columns chooses one clock")
+                source.refuse(
+                    beyond, f"{name} is not a fraction of t_s; --columns chooses one clock"
+                )
         check_stamps(np.asarray(seconds), source)
         return np.asarray(seconds)
     keys = stamps.get("t", column.get("n", np.arange(0.0, len(column["x"]))))

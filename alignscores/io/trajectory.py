@@ -19,7 +19,7 @@ __all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
 
 MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that counts as rounding
 MAX_DEVIATION = 0.1  # deviation beyond which a quaternion or a matrix is refused
-MAX_DUPLICATES = 0.1  # share of the poses from which duplicates are refused
+MAX_DUPLICATES = 0.1  # share of the poses; more duplicates are an error
 MIN_RUN = 10  # poses of a run; where stamps jump back more often, the rows are not in order
 BLOCK = 1 << 14  # rows that are converted at once, which the cache of a processor holds
 
@@ -115,14 +115,14 @@ def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
         return Trajectory(keys, poses)
     row = int(np.setdiff1d(present, present[first])[0])
     what = {"f": "time stamp", "U": "name"}.get(keys.dtype.kind, "number")
-    shown = f"{keys[row]:.6f}" if keys.dtype.kind == "f" else str(keys[row])[:60]
+    example = f"{keys[row]:.6f}" if keys.dtype.kind == "f" else str(keys[row])[:60]
     have = "pose has" if n_duplicates == 1 else "poses have"
-    reason = f"{n_duplicates} of {n} {have} the {what} of another one, such as {shown}"
+    reason = f"{n_duplicates} of {n} {have} the {what} of another one, such as {example}"
     if n_duplicates >= MAX_DUPLICATES * n:
         digits = "stamps with all their digits, and " if what == "time stamp" else ""
         raise source.error(row, f"{reason}; write {digits}each pose once")
     if what != "time stamp":  # where poses are matched by time, there is a note on them
-        warn(f"{source.path}, {source.place(row)}", f"{reason}; the first one is used")
+        warn(f"{source.path}, {source.place_of_row(row)}", f"{reason}; the first one is used")
     return Trajectory(keys, poses)
 
 
@@ -193,11 +193,11 @@ def _check_quaternions(lengths: Floats, zero: Booleans, source: Source) -> None:
     wrong = deviation > MAX_DEVIATION
     if wrong.any():
         row = int(np.argmax(wrong))
-        also = f", and so {_n_others(int(wrong.sum()) - 1)}" if wrong.sum() > 1 else ""
+        also = f", nor {_n_others(int(wrong.sum()) - 1)}" if wrong.sum() > 1 else ""
         raise source.error(
             row,
-            f"a quaternion of length {lengths[row]:.3g} is no rotation{also}; --columns names the "
-            "columns, such as 't x y z' for positions alone",
+            f"a quaternion of length {lengths[row]:.3g} is not a rotation{also}; "
+            "--columns names the columns, such as 't x y z' for only positions",
         )
     _warn_of(deviation, source, "has a quaternion that is not of unit length")
 
@@ -250,8 +250,7 @@ def poses_from_matrices(matrices: Floats, source: Source) -> Floats:
 def time_unit(stamps: Floats) -> str:
     """Return the unit of time stamps, a key of `TIME_UNITS`, as their size or their steps show it.
 
-    Of stamps since the start of a recording, milliseconds and microseconds cannot be told from
-    seconds.
+    Stamps since the start of a recording pass for seconds, also milliseconds and microseconds.
     """
     in_order = bool((stamps[1:] > stamps[:-1]).all())
     size = abs(float(stamps[len(stamps) // 2])) if in_order else float(np.median(np.abs(stamps)))
@@ -284,7 +283,9 @@ def check_stamps(seconds: Floats, source: Source) -> None:
     far = np.abs(seconds) > MAX_SECONDS
     if far.any():
         row, middle = int(np.argmax(far)), float(np.median(seconds))
-        reason = f"the time stamp of {seconds[row]:.6g} s is no time; most are near {middle:.6g} s"
+        reason = (
+            f"the time stamp of {seconds[row]:.6g} s is not a time; most are near {middle:.6g} s"
+        )
         raise source.error(row, reason)
 
 
@@ -299,7 +300,7 @@ def _warn_of(deviation: Floats, source: Source, what: str) -> None:
         first, others = int(rows[0]), len(rows) - 1
         more = f" and so have {others} more" if others else ""
         off = f"{what} (off by {deviation[first]:.2g}){more}; normalised"
-        warn(f"{source.path}, {source.place(first)}", off)
+        warn(f"{source.path}, {source.place_of_row(first)}", off)
 
 
 def warn(path: FilePath, what: str) -> None:

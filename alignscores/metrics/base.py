@@ -118,20 +118,20 @@ class Metric:
 
 def find(name: str, metrics: Sequence[Metric]) -> Metric:
     """Return the metric of a name, whatever its case and underscores; `ValueError` without one."""
-    asked = name.strip().lower()
+    wanted = name.strip().lower()
     for entry in metrics:
-        arguments = _arguments(entry, asked)
+        arguments = _arguments(entry, wanted)
         if arguments == {}:
             return entry
         if arguments is not None:
-            return replace(entry, name=asked, function=partial(entry.function, **arguments))
+            return replace(entry, name=wanted, function=partial(entry.function, **arguments))
     examples = [entry.example or entry.name for entry in metrics]
-    same = [example for example in examples if _split(example)[0] == _split(asked)[0]]
+    same = [example for example in examples if _split(example)[0] == _split(wanted)[0]]
     lower = {example.lower(): example for example in same or examples}
-    close = get_close_matches(asked, lower, n=3, cutoff=0 if same else 0.6)
-    listed = f"close to it are {', '.join(lower[key] for key in close)}"
+    close = get_close_matches(wanted, lower, n=3, cutoff=0 if same else 0.6)
+    suggestion = f"close to it are {', '.join(lower[key] for key in close)}"
     raise ValueError(
-        f"unknown metric {name!r}; {listed if close else '`alignscores metrics` lists all'}"
+        f"unknown metric {name!r}; {suggestion if close else '`alignscores metrics` lists all'}"
     )
 
 
@@ -142,10 +142,10 @@ def _split(name: str) -> tuple[str, str, list[str]]:
     return head.lower().replace("_", ""), argument, words
 
 
-def _arguments(entry: Metric, asked: str) -> dict[str, Any] | None:
+def _arguments(entry: Metric, name: str) -> dict[str, Any] | None:
     """Return the arguments of an entry's function that a name sets; None if it is another's."""
     head, placeholder, fixed = _split(entry.name)
-    asked_head, argument, words = _split(asked)
+    asked_head, argument, words = _split(name)
     if head != asked_head or not set(fixed) <= set(words) or bool(placeholder) != bool(argument):
         return None
     options = [word for word in words if word not in fixed]

@@ -42,11 +42,6 @@ class Cameras:
         gt_rotations, gt = check_poses(gt_poses, "gt_poses", complete=True)
         est_rotations, est = check_poses(est_poses, "est_poses", complete=False)
         check_same_length(gt, est, "gt_poses", "est_poses")
-        return cls.of(gt_rotations, gt, est_rotations, est)
-
-    @classmethod
-    def of(cls, gt_rotations: Floats, gt: Floats, est_rotations: Floats, est: Floats) -> "Cameras":
-        """Return cameras of rotations (n, 3, 3) and positions (n, 3) that need no check."""
         estimated = finite_rows(est_rotations) & finite_rows(est)
         return cls(gt_rotations, moderate(gt), est_rotations, moderate(est), estimated)
 

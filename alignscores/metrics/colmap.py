@@ -41,7 +41,7 @@ def colmap_relative_auc(
         Camera-to-world poses.
     est_poses : (n, 4, 4) or (n, 3, 4) array_like, or (m, n, 4, 4) or (m, n, 3, 4)
         Row i is camera i of the ground truth; the estimate in any frame. Or m models of a scene,
-        each in a frame of its own. A pair that is in several models has an error in each; a pair
+        each in its own frame. A pair that is in several models has an error in each; a pair
         that is in none has one of 180 degrees, such as all pairs of a row that is not finite.
     max_error_deg : float
         Upper end t of the area; the benchmark has 0.5, 1, 5, 10.

@@ -52,7 +52,7 @@ def evo_ate(
         losing a bad camera improves the value.
     alignment : {"sim3", "se3", "scale", "none"}
         What moves the estimate to the ground truth: the least-squares similarity (``evo_ape -as``),
-        the same without scale (``-a``), its scale alone (``-s``), or nothing.
+        the same without scale (``-a``), only its scale (``-s``), or nothing.
     statistic : {"rmse", "mean", "median", "std", "min", "max", "sse"}
         What is returned of the distances.
 

@@ -1,4 +1,4 @@
-"""What errors along a path are computed from: lengths, motions between poses, statistics."""
+"""Basis of errors along a path: lengths, motions between poses, statistics."""
 
 from collections.abc import Callable, Mapping
 from typing import Literal

@@ -18,7 +18,7 @@ def _ate(gt: Floats, est: Floats) -> float:
     return least_squares_rmse(*estimated_positions(gt, est))
 
 
-# Only what `Evaluation` computes itself; any other metric stands in a module of its own.
+# Only what `Evaluation` computes itself; any other metric has its own module.
 METRICS = [
     Metric(
         "TAS",
@@ -56,6 +56,6 @@ METRICS = [
         description="absolute trajectory error: RMSE of the positions, aligned by least squares",
     ),
 ]
-"""What every estimate is given, in the order of tables."""
+"""Scores of every estimate, in the order of tables."""
 
 SCORES = tuple(metric.name for metric in METRICS)

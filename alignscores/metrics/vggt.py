@@ -187,7 +187,8 @@ def direction_blocks(cameras: Cameras, convention: Convention) -> Iterator[PairB
         between = est_rotations @ gt_rotations.transpose(0, 2, 1)
         if convention == "vggt":
             gt, est, between = gt[::-1], est[::-1], between[::-1]
-    return pair_blocks(gt, est, scipy.spatial.transform.Rotation.from_matrix(between))
+    rotations = scipy.spatial.transform.Rotation.from_matrix(between)
+    return pair_blocks(gt, est, rotations.as_quat(), rotations.as_matrix())
 
 
 def _in_own_axes(rotations: Floats, positions: Floats) -> Floats:

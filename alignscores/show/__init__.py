@@ -1,4 +1,4 @@
-"""What people see of evaluations and comparisons: tables, plots, pages, recordings."""
+"""Presentation of evaluations and comparisons: tables, plots, pages, recordings."""
 
 from collections.abc import Sequence
 from os import PathLike
@@ -63,13 +63,13 @@ def plot(
     require("matplotlib", "plots")
     if _is_comparison(shown):
         if kind or plot_mode:
-            raise ValueError("kind and plot_mode are of estimates, not of a comparison")
+            raise ValueError("kind and plot_mode apply only to estimates, not to a comparison")
         from .comparison_plot import figure_of_comparison
 
         return figure_of_comparison(shown, interactive=True)
     from .plots import figure_of
 
-    return figure_of(_several(shown), kind, plot_mode=plot_mode, interactive=True)
+    return figure_of(_as_list(shown), kind, plot_mode=plot_mode, interactive=True)
 
 
 def save_page(
@@ -111,7 +111,7 @@ def save_page(
     else:
         from .page import page_of
 
-        content = page_of(_several(shown))
+        content = page_of(_as_list(shown))
     write_whole(Path(path), content.encode())
 
 
@@ -120,9 +120,9 @@ def _is_comparison(shown: Any) -> "TypeGuard[Comparison]":
     return type(shown).__name__ == "Comparison"
 
 
-def _several(shown: Any) -> list[Evaluation]:
+def _as_list(shown: Any) -> list[Evaluation]:
     """Return a list of evaluations of one reference; raise ValueError for none."""
-    listed = [shown] if isinstance(shown, Evaluation) else list(shown)
-    if not listed:
+    evaluations = [shown] if isinstance(shown, Evaluation) else list(shown)
+    if not evaluations:
         raise ValueError("there is no evaluation to show")
-    return listed
+    return evaluations

@@ -47,7 +47,7 @@ MORE = (
 def page_of_comparison(
     comparison: Comparison, changed: Changes | None = None, reasons: Sequence[str] = ()
 ) -> str:
-    """Return the page; `reasons` are those for which the build fails."""
+    """Return the page; `reasons` say why the build fails."""
     by, drawn = comparison.by, figures_of_comparison(comparison)
     sections: list[dict[str, Any]] = []
     if notes := notes_of(comparison, reasons):
@@ -202,8 +202,8 @@ def _runs(comparison: Comparison) -> go.Figure:
     for edge in range(1, len(sequences)):
         figure.add_hline(edge - 0.5, line={"color": "#ddd", "width": 1})
     figure.update_xaxes(title_text=inert(by), zeroline=False)
-    height_of_one = max(40, 20 * len(systems))
-    return figure.update_layout(**LAYOUT, height=150 + height_of_one * len(sequences))
+    sequence_height = max(40, 20 * len(systems))
+    return figure.update_layout(**LAYOUT, height=150 + sequence_height * len(sequences))
 
 
 def _errors(comparison: Comparison) -> go.Figure:
@@ -217,7 +217,7 @@ def _errors(comparison: Comparison) -> go.Figure:
         vertical_spacing=min(65 / (height * len(sequences)), 0.2),
         subplot_titles=[inert(sequence) for sequence in sequences],
     )
-    named: set[str] = set()
+    in_legend: set[str] = set()
     for row, sequence in enumerate(sequences, 1):
         of_sequence = {
             system: [
@@ -249,12 +249,12 @@ def _errors(comparison: Comparison) -> go.Figure:
                 customdata=np.where(np.isfinite(errors), errors, np.nan),
                 mode="lines" if ordered else "markers",
                 line={**style(index), "width": 1.5},
-                showlegend=system not in named,
+                showlegend=system not in in_legend,
                 hovertemplate=f"%{{customdata:.3g}} {settings.form.unit}",
                 **group,
                 **cell,
             )
-            named.add(system)
+            in_legend.add(system)
         figure.add_hline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **cell)
         ends = np.log10([low, high]).tolist()
         title = f"error [{settings.form.unit}]"

@@ -51,14 +51,21 @@ def _draw_runs(part: SubFigure, comparison: Comparison, rows: int, columns: int)
     systems, sequences = comparison.overall["system"].tolist(), runs["sequence"].unique().tolist()
     panels = part.subplots(rows, columns, sharey=True, squeeze=False).ravel()
     for panel, sequence in zip(panels, sequences, strict=False):
-        own = runs[runs["sequence"] == sequence]
-        rows_of_systems = own["system"].map(systems.index)
-        scored = (own["status"] == "scored") & np.isfinite(own[by])
-        panel.plot(own.loc[scored, by], rows_of_systems[scored], "o", color=COLOUR, alpha=0.6, ms=6)
-        means = own[scored].groupby("system")[by].mean()
+        sequence_runs = runs[runs["sequence"] == sequence]
+        rows_of_systems = sequence_runs["system"].map(systems.index)
+        scored = (sequence_runs["status"] == "scored") & np.isfinite(sequence_runs[by])
+        panel.plot(
+            sequence_runs.loc[scored, by],
+            rows_of_systems[scored],
+            "o",
+            color=COLOUR,
+            alpha=0.6,
+            ms=6,
+        )
+        means = sequence_runs[scored].groupby("system")[by].mean()
         panel.plot(means, means.index.map(systems.index), "k|", ms=15, mew=1.5)
-        failed = (own["status"] != "scored") & np.isfinite(own[by])
-        panel.plot(own.loc[failed, by], rows_of_systems[failed], "x", color="k", ms=6)
+        failed = (sequence_runs["status"] != "scored") & np.isfinite(sequence_runs[by])
+        panel.plot(sequence_runs.loc[failed, by], rows_of_systems[failed], "x", color="k", ms=6)
         panel.set_title(sequence, parse_math=False)
         panel.grid(axis="x", alpha=0.3)
     for panel in panels[len(sequences) :]:

@@ -1,4 +1,4 @@
-"""What plots and pages draw over time: errors of all expected frames, lost time, deficits."""
+"""Curves of plots and pages over time: errors of all expected frames, lost time, deficits."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -50,15 +50,15 @@ def render(title: str, lead: Sequence[str], sections: Sequence[Mapping[str, Any]
     (lines), terms (pairs), figure (of plotly). All texts are escaped.
     """
     template = files(__package__).joinpath("page.html").read_text("utf-8")
-    shown = []
+    rendered = []
     for number, section in enumerate(sections):
         figure = section.get("figure")
         html = "" if figure is None else _figure_html(figure, f"figure-{number}")
-        shown.append({**section, "id": f"section-{number}", "figure": html})
-    if any(section["figure"] for section in shown):
+        rendered.append({**section, "id": f"section-{number}", "figure": html})
+    if any(section["figure"] for section in rendered):
         from plotly.offline import get_plotlyjs
 
-        first = next(section for section in shown if section["figure"])
+        first = next(section for section in rendered if section["figure"])
         first["figure"] = (
             Markup("<script>{}</script>").format(Markup(get_plotlyjs())) + first["figure"]
         )
@@ -66,7 +66,7 @@ def render(title: str, lead: Sequence[str], sections: Sequence[Mapping[str, Any]
     return environment.from_string(template).render(
         title=printable(title),
         lead=list(map(printable, lead)),
-        sections=shown,
+        sections=rendered,
         policy=POLICY,
         version=__version__,
     )
@@ -91,9 +91,9 @@ def style(index: int) -> dict[str, str]:
 
 def log_range(errors: Sequence[Floats], limit: float) -> tuple[float, float]:
     """Return an axis for all errors but the smallest hundredth, and three decades about a limit."""
-    everything = np.concatenate(errors)
-    shown = everything[np.isfinite(everything)]
-    low, high = np.quantile(shown, [0.01, 1]) if len(shown) else (limit, limit)
+    all_errors = np.concatenate(errors)
+    finite = all_errors[np.isfinite(all_errors)]
+    low, high = np.quantile(finite, [0.01, 1]) if len(finite) else (limit, limit)
     low, high = (float(np.clip(end, limit / 1e3, limit * 1e3)) for end in (low, high))
     return min(low, limit) / 1.5, 1.5 * max(high, limit)
 

@@ -23,7 +23,7 @@ from .document import COLOURS, LAYOUT, RAMP, REFERENCE, inert, log_range, rectan
 
 __all__ = ["figures", "page_of"]
 
-N_PROFILE = 16  # largest thresholds at which a score is drawn
+N_PROFILE = 16  # largest thresholds of a drawn profile
 
 
 def page_of(
@@ -32,6 +32,7 @@ def page_of(
     """Return the page; `reference` is its file, `notes` are on it and on files that failed."""
     names, drawn = [evaluation.name for evaluation in scored], figures(scored)
     more = f" and {len(names) - 3} more" if names[3:] else ""
+    crosses = "With “colour: error”, crosses" if scored[1:] else "Crosses"
     sections: list[dict[str, Any]] = [
         {
             "heading": "Scores",
@@ -43,8 +44,8 @@ def page_of(
             "heading": "Aligned trajectories",
             "text": [
                 "Drag to rotate; click a name to hide it, double-click it to see nothing else.",
-                "Crosses: errors beyond the largest threshold, with a line from the reference. "
-                "Small dots: lost frames.",
+                f"{crosses} are errors beyond the largest threshold, with a line from the "
+                "reference; small dots are lost frames.",
             ],
             "figure": drawn["trajectories"],
         },
@@ -66,6 +67,8 @@ def page_of(
             "figure": drawn["profiles"],
         },
     ]
+    if (models := tables.models_of(scored, longest=60))[1:]:
+        sections.insert(1, {"heading": "Models of the estimates", "table": models})
     title = f"{', '.join(names[:3])}{more} against {printable(Path(reference).name)}"
     return render(title, tables.conditions(scored), sections)
 
@@ -109,7 +112,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
     for index, evaluation in enumerate(scored):
         errors = curve(evaluation, "TAS").errors.astype(np.float32)
         positions = over_expected(evaluation, evaluation.positions, np.nan) - origin
-        has_pose, group, where = finite_rows(positions), str(index), _places(evaluation)
+        has_pose, group, where = finite_rows(positions), str(index), _frame_labels(evaluation)
         far = has_pose & (errors >= limit)
         add(
             positions,
@@ -150,18 +153,6 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
                 text=[where[row] for row in np.flatnonzero(~has_pose)],
                 hovertemplate="%{text}",
             )
-    # A box around the reference, so that an estimate far away does not shrink the rest.
-    low, high = path.min(axis=0), path.max(axis=0)
-    reach = np.maximum(0.55 * (high - low), 0.15 * float(np.max(high - low)) or 1.0)
-    ranges = np.stack([(low + high) / 2 - reach, (low + high) / 2 + reach], axis=1).tolist()
-    axes = {
-        f"{name}axis": {"range": ends, "title": {"text": f"{name} [{unit}]"}}
-        for name, ends in zip("xyz", ranges, strict=True)
-    }
-    thin = int(np.argmin(high - low))
-    up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
-    eye = dict(zip("xyz", np.roll([2.0, -1.4, -1.4], thin).tolist(), strict=True))
-    scene = {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye}}
     buttons = [
         {"label": label, "method": "restyle", "args": [{"opacity": opacity}, by_error]}
         for label, opacity in (("colour: error", 1.0), ("colour: estimate", 0.0))
@@ -173,11 +164,29 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
         "active": int(len(scored) > 1),
     }
     menu |= {"x": 0, "xanchor": "left", "y": 1, "yanchor": "top", "font": {"size": 12}}
-    figure.update_layout(**LAYOUT, height=600, scene=scene, updatemenus=[menu])
+    figure.update_layout(**LAYOUT, height=600, scene=_scene(path, unit), updatemenus=[menu])
     return figure.update_layout(margin={"l": 0, "r": 10, "b": 70})
 
 
-def _places(evaluation: Evaluation) -> list[str]:
+def _scene(path: Floats, unit: str) -> dict[str, Any]:
+    """Return a box around the reference, which an estimate far away does not shrink, and a view.
+
+    The axis along which the reference is shortest points up.
+    """
+    low, high = path.min(axis=0), path.max(axis=0)
+    reach = np.maximum(0.55 * (high - low), 0.15 * float(np.max(high - low)) or 1.0)
+    ranges = np.stack([(low + high) / 2 - reach, (low + high) / 2 + reach], axis=1).tolist()
+    axes = {
+        f"{name}axis": {"range": ends, "title": {"text": f"{name} [{unit}]"}}
+        for name, ends in zip("xyz", ranges, strict=True)
+    }
+    thin = int(np.argmin(high - low))
+    up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
+    eye = dict(zip("xyz", np.roll([2.0, -1.4, -1.4], thin).tolist(), strict=True))
+    return {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye}}
+
+
+def _frame_labels(evaluation: Evaluation) -> list[str]:
     """Return the time of each expected frame, its number, or the name of the image."""
     if evaluation.matches.timed:
         return [f"{time:.2f} s" for time in times(evaluation).tolist()]
@@ -188,17 +197,17 @@ def _places(evaluation: Evaluation) -> list[str]:
 
 def _errors(scored: Sequence[Evaluation]) -> go.Figure:
     """Draw the errors over time on logarithmic axes, lost time, and what costs the scores most."""
-    kinds = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
+    scores = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
     n = len(scored)
     figure = make_subplots(
-        rows=2 * len(kinds),
+        rows=2 * len(scores),
         shared_xaxes=True,
-        row_heights=[0.08 + 0.015 * n, 0.5] * len(kinds),
+        row_heights=[0.08 + 0.015 * n, 0.5] * len(scores),
         vertical_spacing=0.02,
     )
     first, ordered = scored[0], scored[0].settings.form.ordered
     dots = "lines" if ordered else "markers"
-    for k, score in enumerate(kinds):
+    for k, score in enumerate(scores):
         curves = {
             index: curve(evaluation, score)
             for index, evaluation in enumerate(scored)
@@ -224,7 +233,7 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
                 x=x,
                 y=y,
                 customdata=np.where(np.isfinite(true), true, np.nan).astype(np.float32),
-                text=None if ordered else _places(evaluation),
+                text=None if ordered else _frame_labels(evaluation),
                 mode=dots,
                 line={**style(index), "width": 1.5},
                 hovertemplate=f"{'' if ordered else '%{text}: '}%{{customdata:.3g}} {unit}",
@@ -242,11 +251,11 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
         edge = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom"}
         domain = {"xref": "x domain", "yref": f"y{2 * k + 1 if k else ''} domain"}
         figure.add_annotation(**note, **edge, **domain)
-    last = 2 * len(kinds)
+    last = 2 * len(scores)
     figure.update_xaxes(title_text=time_label(first).partition(" ")[0], row=last, col=1)
     timed = first.matches.timed
     figure.update_xaxes(hoverformat=".2f" if timed else "d", ticksuffix=" s" if timed else "")
-    height = 340 * len(kinds) + 12 * n * len(kinds)
+    height = 340 * len(scores) + 12 * n * len(scores)
     return figure.update_layout(**LAYOUT, height=height, hovermode="x unified")
 
 
@@ -265,9 +274,9 @@ def _bars(drawn: Curve, index: int) -> dict[str, Any]:
 
 def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
     """Draw the scores over their largest thresholds."""
-    kinds = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
-    figure = make_subplots(rows=len(kinds), vertical_spacing=0.2)
-    for k, score in enumerate(kinds):
+    scores = ["TAS", "RAS"] if any(evaluation.has_rotations for evaluation in scored) else ["TAS"]
+    figure = make_subplots(rows=len(scores), vertical_spacing=0.2)
+    for k, score in enumerate(scores):
         cell = {"row": k + 1, "col": 1}
         unit = scored[0].settings.form.unit if score == "TAS" else "deg"
         limit = curve(scored[0], score).limit
@@ -291,7 +300,7 @@ def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
         figure.update_xaxes(type="log", title_text=title, dtick=1, tickformat="~g", **cell)
         figure.update_xaxes(hoverformat=".3g", **cell)
         figure.update_yaxes(range=[0, 1.02], title_text=score, **cell)
-    return figure.update_layout(**LAYOUT, height=320 * len(kinds), hovermode="x unified")
+    return figure.update_layout(**LAYOUT, height=320 * len(scores), hovermode="x unified")
 
 
 def _scores(evaluation: Evaluation, score: str, largest: Floats) -> Floats:

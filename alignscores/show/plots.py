@@ -32,12 +32,9 @@ __all__ = ["STYLE", "figure_of", "new_figure", "picture", "score_panel"]
 SHADE = "#a8c4dc"
 EDGE = "#1f4e79"
 REFERENCE: dict[str, Any] = {"color": "0.65", "linestyle": "-"}
-OTHERS: dict[str, Any] = {
-    "color": "0.4",
-    "linestyle": "-",
-    "alpha": 0.3,
-}  # estimates that are not named
-NAMED = 8  # estimates that have a colour and a name
+# Estimates without a name.
+OTHERS: dict[str, Any] = {"color": "0.4", "linestyle": "-", "alpha": 0.3}
+N_NAMED = 8  # estimates that have a colour and a name
 LONGEST = 40  # characters of a name in a legend
 N_MARKS = 60  # of outliers, or of lost frames
 DASHES = "-", "--", "-.", ":"
@@ -96,7 +93,7 @@ def new_figure(*, interactive: bool) -> Figure:
     """Return an empty figure, one of pyplot if it is `interactive`."""
     figure = Figure()
     if interactive:
-        from matplotlib import pyplot  # has a state of its own, which no file needs
+        from matplotlib import pyplot  # has its own state, which no file needs
 
         figure = pyplot.figure()
     figure.set_layout_engine("constrained")
@@ -178,12 +175,12 @@ def _draw_by_error(
     axes.scatter(*positions[far][:, view].T, **crosses)
     axes.scatter(*reference[_thinned(lost)][:, view].T, **holes)
     part.colorbar(points, ax=axes, label=f"position error [{unit}]", extend="max", aspect=30)
-    shown = {
+    legend = {
         "reference": Line2D([], [], linewidth=2, **REFERENCE),
         f"beyond {tas.limit:.3g} {unit}": Line2D([], [], marker="x", color=BEYOND, linestyle=""),
         "lost": Line2D([], [], marker="o", color="0.2", linestyle="", fillstyle="none", ms=5),
     }
-    part.legend(shown.values(), shown.keys(), loc="outside lower left", ncols=3, frameon=False)
+    part.legend(legend.values(), legend.keys(), loc="outside lower left", ncols=3, frameon=False)
 
 
 def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
@@ -216,11 +213,13 @@ def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
         for row, (line, evaluation, drawn) in enumerate(
             zip(_lines(scored), scored, curves, strict=True)
         ):
-            shown = np.where(np.isfinite(drawn.errors) & (drawn.errors > 0), drawn.errors, np.nan)
-            _draw_line(axes, evaluation, frames(evaluation), shown, line)
+            positive = np.where(
+                np.isfinite(drawn.errors) & (drawn.errors > 0), drawn.errors, np.nan
+            )
+            _draw_line(axes, evaluation, frames(evaluation), positive, line)
             for low, high in drawn.lost:
                 axes.axvspan(low, high, color=line["color"], alpha=0.15, linewidth=0)
-            if row < NAMED:
+            if row < N_NAMED:
                 _mark_deficits(
                     axes,
                     drawn,
@@ -231,7 +230,7 @@ def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
         axes.axhline(curves[0].limit, color="0.3", linewidth=0.8, linestyle=":")
         axes.margins(x=0)
         n_rows = max(len(drawn.deficits) for drawn in curves) if len(scored) == 1 else len(scored)
-        pad = 8 + (11 if len(scored) == 1 else 4) * min(n_rows, NAMED)
+        pad = 8 + (11 if len(scored) == 1 else 4) * min(n_rows, N_NAMED)
         title = f"{what}; bars: what costs the {name} most, as shares of 1 − {name}"
         axes.set_title(title, pad=pad)
     panels[1].set_xlabel(f"{time_label(scored[0])} (shaded: lost; dotted: largest threshold)")
@@ -277,8 +276,8 @@ def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None)
     drawn = [(first, frames(first), truth, {**REFERENCE, "linewidth": 2.5})]
     for line, each in zip(_lines(scored), scored, strict=True):
         alignment, rotations = each.result.ras.alignment, each.matches.est_poses[:, :3, :3]
-        turned = rotations * np.nan if alignment is None else alignment.T @ rotations
-        estimated = _nearest(over_expected(each, _angles(turned, order), np.nan), angles)
+        aligned = rotations * np.nan if alignment is None else alignment.T @ rotations
+        estimated = _nearest(over_expected(each, _angles(aligned, order), np.nan), angles)
         values = np.column_stack(
             [over_expected(each, each.positions, np.nan), estimated[:, columns]]
         )
@@ -361,9 +360,9 @@ def score_panel(
 
 def _lines(scored: Sequence[Evaluation]) -> list[dict[str, Any]]:
     """Return the styles of estimates: colours and dashes for the first, grey for the others."""
-    colours = ERRORS(np.linspace(0.15, 0.85, min(len(scored), NAMED)))
-    named = [{"color": colour, "linestyle": dash} for colour, dash in zip(colours, cycle(DASHES))]
-    return [*named, *[OTHERS] * (len(scored) - NAMED)]
+    colours = ERRORS(np.linspace(0.15, 0.85, min(len(scored), N_NAMED)))
+    styles = [{"color": colour, "linestyle": dash} for colour, dash in zip(colours, cycle(DASHES))]
+    return [*styles, *[OTHERS] * (len(scored) - N_NAMED)]
 
 
 def _pose_times(evaluation: Evaluation) -> NDArray[Any]:
@@ -393,15 +392,15 @@ def _draw_path(axes: Axes, evaluation: Evaluation, points: Floats, line: dict[st
 def _add_legend(part: SubFigure, scored: Sequence[Evaluation]) -> None:
     """Name the first estimates; the style of each is the same everywhere."""
     handles = [Line2D([], [], linewidth=2.5, **REFERENCE)]
-    handles += [Line2D([], [], linewidth=1.5, **line) for line in _lines(scored)[:NAMED]]
+    handles += [Line2D([], [], linewidth=1.5, **line) for line in _lines(scored)[:N_NAMED]]
     numbers = map(str, range(len(handles)))
     legend = part.legend(handles, numbers, loc="outside lower left", handlelength=3, frameon=False)
     names = distinct([evaluation.name for evaluation in scored], LONGEST)
     for text, name in zip(legend.get_texts(), ["reference", *names], strict=False):
         # Set later, since a label that begins with _ would be hidden.
         text.set(text=name, parse_math=False)
-    if len(scored) > NAMED:
-        legend.set_title(f"grey: {len(scored) - NAMED} others")
+    if len(scored) > N_NAMED:
+        legend.set_title(f"grey: {len(scored) - N_NAMED} others")
 
 
 KINDS: dict[str, Callable[..., None]] = {

@@ -37,9 +37,9 @@ def recording(scored: Sequence[Evaluation]) -> bytes:
     names = [rr.new_entity_path(["estimates", printable(each.name)]) for each in scored]
     series = [
         blueprint.TimeSeriesView(
-            name=kind.replace("_", " "), contents=[f"{name}/{kind}" for name in names]
+            name=quantity.replace("_", " "), contents=[f"{name}/{quantity}" for name in names]
         )
-        for kind in ("position_error", "rotation_error", "lost")
+        for quantity in ("position_error", "rotation_error", "lost")
     ]
     stream = rr.RecordingStream("alignscores")
     memory = stream.memory_recording()
@@ -69,10 +69,10 @@ def _log_estimate(stream: Any, evaluation: Evaluation, name: str, origin: Floats
         "rotation_error": over_expected(evaluation, ras.errors, np.inf),
         "lost": (over_expected(evaluation, evaluation.statuses, LOST) == LOST).astype(float),
     }
-    for kind, values in errors.items():
+    for quantity, values in errors.items():
         is_finite = np.isfinite(values)
         columns = rr.Scalars.columns(scalars=values[is_finite])
-        _send(stream, evaluation, f"{name}/{kind}", is_finite, columns)
+        _send(stream, evaluation, f"{name}/{quantity}", is_finite, columns)
     finite = finite_rows(positions)
     shares = np.minimum(errors["position_error"][finite, None] / tas.unit, 1)
     colours = DARK + shares * (LIGHT - DARK)

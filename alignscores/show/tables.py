@@ -69,9 +69,9 @@ def _row(evaluation: Evaluation) -> dict[str, str]:
     }
 
 
-def _text(value: float | None, form: str) -> str:
+def _text(value: float | None, number_format: str) -> str:
     """Return a number, a dash where there is none."""
-    return "-" if value is None or not math.isfinite(value) else format(value, form)
+    return "-" if value is None or not math.isfinite(value) else format(value, number_format)
 
 
 def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
@@ -82,8 +82,10 @@ def _number(name: str, value: float | None) -> str:
     """Return our scores as in the other table, and metrics of other projects with a digit more."""
     unit = metric(name).unit
     ours, others = {"": ".3f"}, {"": ".4f", "%": ".2f"}
-    form = ours.get(unit, ".3g") if metric(name).name in SCORES else others.get(unit, ".4g")
-    return _text(value, form)
+    number_format = (
+        ours.get(unit, ".3g") if metric(name).name in SCORES else others.get(unit, ".4g")
+    )
+    return _text(value, number_format)
 
 
 def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
@@ -106,7 +108,7 @@ def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
 def text(scored: Sequence[Evaluation], columns: int) -> str:
     """Return the table of the estimates, no wider than the terminal.
 
-    Columns are left out before the last one, and said below the table; those of metrics follow in
+    Columns are left out before the last one, and named below the table; those of metrics follow in
     blocks.
     """
     rows = rows_of(scored)
@@ -121,23 +123,23 @@ def text(scored: Sequence[Evaluation], columns: int) -> str:
 
 
 def models_of(
-    scored: Sequence[Evaluation], longest: int = LONGEST, most: int | None = None
+    scored: Sequence[Evaluation], longest: int = LONGEST, max_models: int | None = None
 ) -> Rows:
     """Return the table of the models of estimates of several, at most so many of each."""
     rows = [["estimate", "model", "images", "coverage", "TAS", "RAS", "PAS"]]
     for name, evaluation in zip(_names(scored, longest), scored, strict=True):
-        for model in evaluation.models[:most]:
+        for model in evaluation.models[:max_models]:
             scores = [_number(key, getattr(model, key)) for key in ("TAS", "RAS", "PAS")]
             size = [str(model.images), f"{model.coverage:.1%}"]
             rows.append([name, printable(model.name), *size, *scores])
-        if rest := len(evaluation.models[most:]) if most else 0:
+        if rest := len(evaluation.models[max_models:]) if max_models else 0:
             rows.append([name, f"{rest} more", *5 * [""]])
     return rows
 
 
-def text_of_models(scored: Sequence[Evaluation], most: int | None = None) -> str:
+def text_of_models(scored: Sequence[Evaluation], max_models: int | None = None) -> str:
     """Return the table of models, for a terminal; an empty text without any."""
-    rows = models_of(scored, most=most)
+    rows = models_of(scored, max_models=max_models)
     return "\n".join(aligned(rows)) if rows[1:] else ""
 
 

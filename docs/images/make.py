@@ -18,8 +18,8 @@ FLIGHT = Path(__file__).parents[2] / "tests" / "data" / "flight"
 def draw(folder):
     """Write the pictures of one estimate and of a comparison."""
     evaluation = evaluate(FLIGHT / "groundtruth.txt", FLIGHT / "vio.txt")
-    for kind in ("trajectory", "scores", "errors"):
-        plot(evaluation, kind).savefig(folder / f"{kind}.png", dpi=130)
+    for name in ("trajectory", "scores", "errors"):
+        plot(evaluation, name).savefig(folder / f"{name}.png", dpi=130)
     plot(evaluation).savefig(folder / "start.png", dpi=90)
     with tempfile.TemporaryDirectory() as runs:
         subprocess.run([sys.executable, FLIGHT / "make.py", "runs", runs], check=True)

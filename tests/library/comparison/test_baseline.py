@@ -1,0 +1,197 @@
+"""A comparison against a saved one, and conditions on which a build fails, by the command."""
+
+import json
+import shutil
+
+import pytest
+
+SYSTEMS = {"orb": (0.1, 1.0, 1, 0.0), "dso": (0.1, 1.0, 1, 0.0)}
+WORSE = {"orb": (0.3, 3.0, 1, 0.0), "dso": (0.1, 1.0, 1, 0.0)}
+
+
+@pytest.fixture
+def gate(run_compare, benchmark_of, tmp_path):
+    """(what is done to the files in between, options, runs=, systems=) -> code, output, errors."""
+
+    def gate(change, *options, fail_on="worse", runs=3, systems=SYSTEMS, first=()):
+        patterns = benchmark_of(systems, n=60, runs=runs)
+        common = *patterns, "--jobs", 1
+        (tmp_path / "saved.json").write_text(run_compare(*common, "--json", *first)[1])
+        change()
+        gate = ("--fail_on", fail_on) if fail_on else ()
+        return run_compare(*common, "--baseline", "saved.json", *gate, *options)
+
+    return gate
+
+
+@pytest.fixture
+def worsen(benchmark_of):
+    """(runs) -> what makes the runs of orb worse."""
+    return lambda runs: lambda: benchmark_of(WORSE, n=60, runs=runs)
+
+
+def test_a_system_that_is_better_does_not_fail(gate, benchmark_of):
+    code, out, _ = gate(lambda: benchmark_of(SYSTEMS, n=60), "--json", systems=WORSE)
+    assert code == 0
+    systems = {entry["system"]: entry for entry in json.loads(out)["baseline"]["systems"]}
+    orb = systems["orb"]
+    assert (orb["change"], orb["wins"], systems["dso"]["change"]) == ("better", 1, None)
+    assert 0 < orb["low"] < orb["difference"] < orb["high"]
+    assert orb["difference"] == pytest.approx(orb["now"] - orb["saved"])
+
+
+def test_five_real_runs_that_are_all_worse_fail(real, run_compare, tmp_path):
+    """And others of the same system do not."""
+    runs, patterns = real / "euroc/V2_02", ("{sequence}/gt.txt", "{sequence}/{system}/{run}.txt")
+    (tmp_path / "room/slam").mkdir(parents=True)
+    shutil.copy(runs / "groundtruth.txt", tmp_path / "room/gt.txt")
+
+    def compared(system, numbers, *options):
+        for index, number in enumerate(numbers):
+            shutil.copy(runs / system / f"{number}.txt", tmp_path / f"room/slam/{index}.txt")
+        return run_compare(*patterns, "--jobs", 1, *options)
+
+    (tmp_path / "saved.json").write_text(compared("vislam_ba", range(5), "--json")[1])
+    gate = "--baseline", "saved.json", "--fail_on", "worse"
+    code, _, err = compared("vislam_rp", range(5), *gate)
+    assert (code, err.splitlines()[-1].endswith(", worse (p = 0.004)")) == (3, True)
+    assert compared("vislam_ba", range(5, 10), *gate)[0] == 0
+
+
+def test_a_gate_that_cannot_fail_is_an_error(gate, worsen):
+    code, out, err = gate(worsen(1), runs=1)
+    error = "no system can be worse at a level of 0.01: too few runs"
+    assert (code, err) == (1, f"alignscores: error: {error}\n")
+    reason = "worse cannot be significant at 0.01 with 1 against 1 runs (too few to test)"
+    more = "; more runs are needed, or a higher level"
+    assert f"\ndso: {reason}{more}\norb: {reason}{more}\n" in out
+    assert gate(worsen(1), runs=1, fail_on="")[0] == 0
+    code, out, _ = gate(worsen(3), runs=3, fail_on="worse:0.001")  # 1 / 20 ** 2 is the least
+    assert code == 1
+    limit = "with 3 against 3 runs (p is at least 0.0025)"
+    assert f"orb: worse cannot be significant at 0.001 {limit}" in out
+
+
+def test_who_cannot_fail_is_named_where_others_can(tmp_path, run_compare):
+    lines = [f"orb,{k},{0.8 + 0.01 * k}" for k in range(5)] + ["dso,0,0.5"]
+    (tmp_path / "saved.csv").write_text("\n".join(["system,run,PAS", *lines]))
+    worse = [line.replace("0.8", "0.3") for line in lines]
+    (tmp_path / "now.csv").write_text("\n".join(["system,run,PAS", *worse]))
+    code, out, err = run_compare("now.csv", "--baseline", "saved.csv", "--fail_on", "worse")
+    assert code == 3
+    assert "orb: PAS 0.8200 to 0.3200, worse (p = 0.004)" in err
+    assert "dso: worse cannot be significant at 0.01 with 1 against 1 runs (too few" in out
+
+
+@pytest.mark.parametrize(
+    ("fail_on", "reasons"),
+    [
+        ("PAS drops 0.05", ["orb: PAS"]),
+        ("PAS drops 0.5", []),
+        ("half rises 0.01, PAS<0.7", ["orb: half_distance", "orb: PAS"]),
+        ("PAS<0.1,half>10,lost>5%,failed>0", []),
+        ("TAS < 0.9", ["orb: TAS", "dso: TAS"]),
+    ],
+)
+def test_values_and_drops_fail_with_one_run(gate, worsen, fail_on, reasons):
+    code, _, err = gate(worsen(1), runs=1, fail_on=fail_on)
+    assert code == (3 if reasons else 0)
+    errors = [line.removeprefix("alignscores: error: ") for line in err.splitlines()]
+    assert sorted(" ".join(line.split()[:2]) for line in errors) == sorted(reasons)
+
+
+def test_a_value_needs_no_baseline(patterns, run):
+    assert run(*patterns, "--fail_on", "PAS<0.1")[0] == 1  # a run is missing
+    code, _, err = run(*patterns, "--fail_on", "failed>0, half>10")
+    assert code == 3
+    assert err.splitlines()[-2:] == [
+        "alignscores: error: c: failed 0.1667 > 0",
+        "alignscores: error: c: half_distance ∞ > 10",
+    ]
+    name = "recall@5cm,5deg:hloc"  # with a comma
+    code, _, err = run(*patterns, "--metrics", name, "--fail_on", f"{name}<101,PAS<0.1")
+    assert (code, err.count("5deg:hloc 0.0000 < 101")) == (3, 2)
+
+
+@pytest.mark.parametrize(
+    ("fail_on", "message"),
+    [
+        ("worse", "worse: needs --baseline FILE"),
+        ("worse:2", "'worse:2': the level of worse must be above 0 and below 1"),
+        ("better", "'better' must be worse, or like PAS<0.8, half>0.1, lost>5%, PAS drops 0.05"),
+        ("PAS<much", "'PAS<much' must be worse, or like PAS<0.8"),
+        ("ate:rmse>1", "'ate:rmse>1': ate:rmse must be one of TAS, RAS, PAS"),
+    ],
+)
+def test_wrong_conditions(patterns, run, fail_on, message):
+    code, out, err = run(*patterns, "--fail_on", fail_on)
+    assert (code, out) == (2, "")
+    assert f"argument --fail_on: {message}" in err
+
+
+def test_runs_that_fail_or_are_gone_fail_the_build(gate, tmp_path):
+    def fail():
+        for file in tmp_path.glob("*/orb/*.txt"):
+            file.write_text("nothing")
+        shutil.rmtree(tmp_path / "car/dso")
+
+    code, _, err = gate(fail)
+    assert code == 3
+    assert "orb: PAS 0.8" in err
+    assert " to 0.0000, worse (p = " in err
+    assert "alignscores: error: gone: dso on car\n" in err
+
+
+def test_what_is_new_or_gone_is_named(gate, tmp_path):
+    def change():
+        shutil.move(tmp_path / "car/dso", tmp_path / "car/lsd")
+        shutil.rmtree(tmp_path / "helix")
+
+    code, out, _ = gate(change, fail_on=None)
+    assert code == 0
+    assert "\nnew: lsd on car\ngone: dso on car, dso on helix, orb on helix\n" in out
+
+
+def test_a_broken_file(patterns, run, tmp_path):
+    saved = json.loads(run(*patterns, "--json")[1])
+    saved["runs"][0]["PAS"] = "high"
+    refusal = "saved.json: has no table of runs, as --save_csv and --save_json write"
+    wrong = "saved.json: column 'PAS' of the table of runs is not numeric"
+    for content, message in (
+        ("nonsense", refusal),
+        ('{"runs": 7}', refusal),
+        (json.dumps(saved), wrong),
+    ):
+        (tmp_path / "saved.json").write_text(content)
+        ended = run(*patterns, "--baseline", "saved.json")
+        assert ended == (1, "", f"alignscores: error: {message}\n")
+    assert "none.json: cannot be read (No such" in run(*patterns, "--baseline", "none.json")[2]
+
+
+def test_other_settings_do_not_compare(gate):
+    code, out, err = gate(lambda: None, "--registration", "pcr99")
+    assert (code, out) == (1, "")
+    assert "saved.json: the baseline used default settings, this run registration=pcr99 (" in err
+    assert gate(lambda: None, "--reference_sigma", "0.1,1")[0] == 0  # no score depends on it
+
+
+def test_rotations_that_a_build_leaves_out_count_as_the_worst(gate, tmp_path):
+    """And so do runs: who keeps the good ones does not pass."""
+
+    def drop_rotations():
+        for file in tmp_path.glob("*/orb/*.txt"):
+            rows = [line.split()[:4] for line in file.read_text().splitlines()]
+            file.write_text("\n".join(" ".join([*row, *4 * ["nan"]]) for row in rows))
+
+    code, _, err = gate(drop_rotations)
+    assert code == 3
+    assert "orb: PAS 0.8" in err
+    assert " to 0.0000, worse (p = " in err
+
+    def drop_runs():
+        for file in tmp_path.glob("*/dso/2.txt"):
+            file.unlink()
+
+    code, _, err = gate(drop_runs)
+    assert code == 3
+    assert "gone: dso on car (2 of 3 runs left)" in err

@@ -1,0 +1,93 @@
+"""Results that are stored with ``--cache FOLDER``: when one is used, and when it is computed."""
+
+import json
+import shutil
+
+import pytest
+
+FILES = "tum", "gt.ref", "{system}.txt", "--jobs", 1
+
+
+@pytest.fixture
+def files(examples, tmp_path):
+    """A folder with a reference and two estimates."""
+    shutil.copy(examples / "tum/reference.txt", tmp_path / "gt.ref")
+    shutil.copy(examples / "tum/estimate.txt", tmp_path / "a.txt")
+    lines = (examples / "tum/estimate.txt").read_text().splitlines()
+    (tmp_path / "b.txt").write_text("\n".join([*lines, lines[-1]]))  # which takes a note
+    return tmp_path
+
+
+def test_results_are_taken_from_there_and_others_computed(files, run, compare):
+    computed = run(*FILES, "--json")
+    assert run(*FILES, "--json", "--cache", "cache") == computed
+    assert run(*FILES, "--json", "--cache", "cache") == computed
+    for path in (files / "cache").iterdir():
+        stored = json.loads(path.read_text())
+        if not stored["row"]["notes"]:  # a
+            stored["row"]["d"] = 7.0  # which tells where it is from
+            path.write_text(json.dumps(stored))
+        else:
+            path.unlink()
+    results = compare(*FILES, "--cache", "cache")["runs"]
+    units = {result["system"]: result["d"] for result in results}
+    assert units["a"] == 7.0
+    assert 0 < units["b"] < 1
+
+
+@pytest.mark.parametrize("options", [["--seed", "1"], ["--invert"], ["--metrics", "kitti"]])
+def test_other_options_have_other_results(files, run, options):
+    run(*FILES, "--cache", "cache")
+    assert run(*FILES, *options, "--cache", "cache") == run(*FILES, *options)
+
+
+@pytest.mark.parametrize("name", ["a.txt", "gt.ref", "rgb"])
+def test_a_file_that_changed_has_a_new_result(files, run, name):
+    shutil.copy(files / "gt.ref", files / "rgb")
+    options = *FILES, "--frames", "rgb", "--json"
+    run(*options, "--cache", "cache")
+    path = files / name
+    path.write_text("\n".join(path.read_text().splitlines()[:-1]))
+    assert run(*options, "--cache", "cache") == run(*options)
+
+
+@pytest.mark.parametrize("content", ["{", "[1, 2]", "{}"])
+def test_what_cannot_be_read_is_computed_again(files, run, content):
+    expected = run(*FILES, "--json", "--cache", "cache")
+    for path in (files / "cache").iterdir():
+        path.write_text(content)
+    assert run(*FILES, "--json", "--cache", "cache") == expected
+
+
+def test_a_folder_that_cannot_be_written_to_is_noted(files, run):
+    code, out, err = run(*FILES, "--cache", "gt.ref")
+    assert (code, err) == (0, "")
+    assert out.count("is not stored in gt.ref: ") == 2  # one a system
+
+
+def test_a_number_that_is_none_is_computed_again(files, run):
+    expected = run(*FILES, "--json", "--cache", "cache")
+    for entry in ({"d": "abc"}, {"n": "abc"}, {"TAS": [1]}, {"lost": None}):
+        for path in (files / "cache").iterdir():
+            stored = json.loads(path.read_text())
+            stored["row"] |= entry
+            path.write_text(json.dumps(stored))
+        assert run(*FILES, "--json", "--cache", "cache") == expected
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "value"),
+    [
+        ("row", "TAS", "0.5"),
+        ("row", "status", "x"),
+        ("errors", "time", "0"),
+        ("errors", "covered", [1]),
+    ],
+)
+def test_what_a_damaged_file_holds_is_computed_again(files, run, part, key, value):
+    computed = run(*FILES, "--json", "--cache", "cache")
+    for path in (files / "cache").iterdir():
+        stored = json.loads(path.read_text())
+        stored[part][key] = value
+        path.write_text(json.dumps(stored))
+    assert run(*FILES, "--json", "--cache", "cache") == computed

@@ -1,0 +1,105 @@
+"""The whole command on made benchmarks whose truth is known."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+
+from alignscores import compare as library_compare
+
+SYSTEMS = {  # sigma_t, sigma_r in degrees, every so many frames, share lost at the end
+    "best": (0.1, 1.0, 1, 0.0),
+    "sparse": (0.25, 2.5, 3, 0.0),
+    "loses_track": (0.1, 1.0, 1, 0.6),
+}
+SYSTEM = {"a": (0.1, 1.0, 1, 0.0)}
+
+
+def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_path):
+    patterns = benchmark_of(SYSTEMS, sequences=("car", "helix", "cube"), runs=3, n=100)
+    (tmp_path / "car/best/2.txt").unlink()
+    compared = compare(*patterns)
+    results = {(row["sequence"], row["system"], row["run"]): row for row in compared["runs"]}
+    entries = {(row["system"], row["sequence"]): row for row in compared["summary"]}
+    assert len(results) == 3 * 3 * 3
+    gone = results["car", "best", "2"]
+    assert (gone["status"], gone["PAS"], gone["half_angle"]) == ("missing", 0, None)
+    assert results["car", "loses_track", "0"]["lost"] == 0.5  # half a gap is covered
+    car = [results["car", "sparse", str(number)]["PAS"] for number in range(3)]
+    assert entries["sparse", "car"]["PAS"] == pytest.approx(np.mean(car))
+    assert entries["sparse", "car"]["PAS_sd"] == pytest.approx(np.std(car, ddof=1))
+    assert entries["sparse", None]["PAS"] == pytest.approx(
+        np.mean([entries["sparse", name]["PAS"] for name in ("car", "helix", "cube")])
+    )
+    assert (entries["best", None]["runs"], entries["best", None]["failed"]) == (9, 1)
+    assert entries["best", None]["rank_best"] == 1
+    pair = next(
+        row
+        for row in compared["pairs"]
+        if {row["a"], row["b"]} == {"best", "sparse"} and row["sequence"] is None
+    )
+    assert pair["low"] < pair["difference"] < pair["high"]
+    assert (pair["better"], pair["method"]) == ("best", "permutation within sequences")
+
+
+def test_processes_do_not_matter(benchmark_of, run, tmp_path):
+    """Nor does it if a reference was read before: its notes are printed each time."""
+    patterns = benchmark_of(SYSTEM, ["car"], runs=2)
+    reference = tmp_path / "car/gt.txt"
+    reference.write_text(reference.read_text() + reference.read_text().splitlines()[-1])
+    printed = run(*patterns, "--json", "--jobs", 1)
+    assert printed == run(*patterns, "--json", "--jobs", 2)
+    note = "car: duplicate stamps or names in the reference, left out: 1"
+    assert note in json.loads(printed[1])["notes"]
+
+
+def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
+    benchmark_of, run, tmp_path, monkeypatch
+):
+    patterns = benchmark_of({**SYSTEM, "b": (0.3, 1.0, 1, 0.0)}, runs=3)
+    (tmp_path / "car/a/0.txt").write_text("")
+    (tmp_path / "car/b/1.txt").write_text("this is no trajectory\n")
+    if hasattr(os, "mkfifo"):  # a pipe that nobody writes to
+        (tmp_path / "car/b/1.txt").unlink()
+        os.mkfifo(tmp_path / "car/b/1.txt")
+    (tmp_path / "car/b/2.txt").write_bytes(b"\xff")
+    (tmp_path / "helix/a/1.txt").unlink()
+    (tmp_path / "new/c").mkdir(parents=True)
+    (tmp_path / "new/c/0.txt").write_text("0 0 0 0 0 0 0 1\n")
+    code, out, err = run(*patterns, "--json", "--jobs", 1)
+    assert code == 1
+    starts = ["sequence new: has no reference", "system c: has no run on a sequence with"]
+    starts += ["car/a/0.txt: ", "car/b/1.txt", "car/b/2.txt, line 1: is not text"]
+    starts += ["a: has no run 1 on helix; it counts as a failure"]
+    for line, start in zip(err.splitlines(), starts, strict=True):
+        assert line.startswith(f"alignscores: error: {start}")
+    status = [entry["status"] for entry in json.loads(out)["runs"]]
+    assert (status.count("scored"), status.count("failed"), status.count("missing")) == (8, 3, 1)
+
+
+def test_a_distance_that_no_run_is_given_is_no_failure(benchmark_of, compare, tmp_path):
+    """Four cameras have none; nor has a run there that fails."""
+    systems = {"a": (0.02, 1.0, 1, 0.0), "b": (0.1, 1.0, 1, 0.0)}
+    patterns = benchmark_of(systems, ["car"], n=40)
+    benchmark_of(systems, ["helix"], n=4)
+    (tmp_path / "helix/a/1.txt").write_text("")
+    entries = {(row["system"], row["sequence"]): row for row in compare(*patterns)["summary"]}
+    assert entries["a", "helix"]["half_distance"] is None
+    of_car = entries["a", "car"]["half_distance"]
+    assert entries["a", None]["half_distance"] == of_car > 0
+    assert entries["a", "helix"]["PAS"] == pytest.approx(
+        2 / 3 * entries["a", "helix"]["PAS_scored"]
+    )
+
+
+def test_time_that_no_run_of_a_sequence_covers_is_one_note(benchmark_of, tmp_path, monkeypatch):
+    """On one no run has the last 4 s, on the other a single one does."""
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.5), "b": (0.1, 1.0, 1, 0.5)}, n=100)
+    benchmark_of({"b": (0.1, 1.0, 1, 0.0)}, ["car"], runs=1, n=100)
+    monkeypatch.chdir(tmp_path)
+    notes = library_compare(*patterns[1:], format="tum").notes
+    (note,) = (note for note in notes if "no estimate covers" in note)
+    assert note.startswith("helix: no estimate covers the last 4.0 s of the reference; they")
+    notes = library_compare(*patterns[1:], format="tum", missing="ignore").notes
+    assert not any("no estimate covers" in note for note in notes)

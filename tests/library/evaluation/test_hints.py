@@ -1,0 +1,323 @@
+"""Mix-ups in either file: named with the file, the option and both scores, or not at all.
+
+The cases are small files in the format and with the fault of public reports, in ``shared/cases``.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import Trajectory, compare, evaluate
+from alignscores.io import inverse_poses
+
+CASES = Path(__file__).resolve().parents[4] / "shared" / "cases"
+KINDS = {"inverted", "inverted rotations", "quaternions", "mirrored", "frame", "clock"}
+KINDS |= {"increments", "units"}
+
+
+@pytest.fixture
+def case(monkeypatch):
+    """(name) -> go to the folder of a case; skip where it is not there."""
+
+    def case(name):
+        if not (CASES / name).is_dir():
+            pytest.skip(f"no case {name} at {CASES}")
+        monkeypatch.chdir(CASES / name)
+
+    return case
+
+
+HINTS = [  # case, reference, estimate, what the hint says, settings that follow it, TAS, RAS
+    (
+        "36-w2c-reference",
+        "g_w2c.npz",
+        "e_c2w.npz",
+        "poses of g_w2c.npz",
+        "--ref_invert",
+        {"ref_invert": True},
+        0.877,
+        0.927,
+    ),
+    (
+        "36-w2c-reference",
+        "a_w2c.npz",
+        "a_e_w2c.npz",
+        "both",
+        "--ref_invert --est_invert",
+        {"ref_invert": True, "est_invert": True},
+        0.877,
+        0.927,
+    ),
+    (
+        "21-w-first-no-header",
+        "bus_outside.txt",
+        "svin.txt",
+        "quaternions of bus_outside.txt",
+        "--ref_columns 't x y z qw qx qy qz'",
+        {"ref_columns": "t x y z qw qx qy qz"},
+        0.752,
+        0.835,
+    ),
+    (
+        "29-both-shifted-to-zero",
+        "j_gt.txt",
+        "j_est.txt",
+        "offset of 1.35",
+        "--t_offset auto",
+        {"t_offset": "auto"},
+        0.81,
+        0.92,
+    ),
+    (
+        "30-ms-since-start",
+        "c_gt_ms.txt",
+        "c_est_ms.txt",
+        "ms in c_gt_ms.txt and ms in c_est_ms",
+        "--columns 't_ms x y z qx qy qz qw'",
+        {"columns": "t_ms x y z qx qy qz qw"},
+        0.745,
+        0.849,
+    ),
+    (
+        "15-replica-flip",
+        "traj.txt",
+        "est_rows.txt",
+        "180 deg about x",
+        "--body_rotation auto",
+        {"body_rotation": "auto"},
+        0.855,
+        0.95,
+    ),
+]
+
+
+@pytest.mark.parametrize("row", HINTS, ids=lambda row: f"{row[0]} {row[1]}")
+def test_a_hint_names_the_file_and_its_remedy_gives_the_right_scores(case, command, row):
+    name, reference, estimate, what, option, settings, tas, ras = row
+    case(name)
+    code, _, err = command(reference, estimate)
+    (hint,) = [line for line in err.splitlines() if "corrected)" in line]
+    assert code == 0
+    assert what in hint
+    assert f"corrected); {option}" in hint or f"with {option}" in hint
+    evaluation = evaluate(reference, estimate, **settings)
+    assert evaluation.tas == pytest.approx(tas, abs=0.025)
+    assert evaluation.ras == pytest.approx(ras, abs=0.025)
+    assert f"{evaluation.pas:.3f} corrected" in hint
+
+
+@pytest.mark.parametrize(
+    ("name", "files", "words"),
+    [
+        ("09-unity-left-handed", "unity.txt colmap.txt", "the reference is left-handed"),
+        ("10-relative-poses", "gt.txt relative_n.txt", "rows of relative_n.txt seem to be motions"),
+        (
+            "10-relative-poses",
+            "gt_rel.txt relative.txt",
+            "rows of both gt_rel.txt and relative",
+        ),
+        ("18-nine-poses-flipped", "traj_1.txt traj_2.txt", "under alignments 179 deg apart"),
+    ],
+)
+def test_mistakes_that_no_option_corrects_are_noted(case, name, files, words):
+    case(name)
+    notes = [str(note) for note in evaluate(*files.split()).notes]
+    assert sum(words in note for note in notes) == 1
+    assert not any("--invert" in note or "body_rotation" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "files", "words"),
+    [
+        ("03-whole-second-stamps", "gt.txt est_full.txt", "216 of 240 poses"),
+        ("04-two-runs-in-one-file", "gt.txt results.txt", "hold several runs"),
+        ("10-relative-poses", "gt.txt relative.txt", "motions from frame to frame"),
+        ("12-gtsam-key-stamps", "gt.txt robot0.txt", "count by one"),
+        ("30-ms-since-start", "c_gt_s.txt c_est_ms.txt", "only 1 of 600 poses .* 't_ms x y z qx"),
+        ("30-ms-since-start", "c_gt_us.txt c_estk_us.txt", "--columns 't_us x y z qx qy qz qw'"),
+        ("26-clock-far-off", "gt.txt est.txt", "offset of -90569539.49"),
+    ],
+)
+def test_what_can_hardly_be_matched_is_refused_with_a_remedy(case, name, files, words):
+    case(name)
+    with pytest.raises(ValueError, match=words):
+        evaluate(*files.split())
+
+
+def test_a_huge_largest_difference_matches_one_pose_which_is_refused(case):
+    case("35-huge-t_max_diff")
+    for missing in ("fail", "ignore"):
+        with pytest.raises(ValueError, match="t_max_diff is in seconds"):
+            evaluate("k_gt.txt", "k_est.txt", t_max_diff=1e25, missing=missing)
+    evaluation = evaluate("k_gt.txt", "k_est.txt", t_offset="auto")
+    assert (evaluation.tas, evaluation.ras) == pytest.approx((0.83, 0.95), abs=0.02)
+    assert evaluation.t_offset == pytest.approx(-12345.6, abs=0.02)
+
+
+def test_one_pose_throughout_has_failed(case, command):
+    case("25-static-estimate")
+    evaluation = evaluate("gt.txt", "static.txt")
+    assert (evaluation.tas, evaluation.ras, evaluation.pas) == (0, 0, 0)
+    assert "one pose throughout" in command("gt.txt", "static.txt")[2]
+
+
+def test_without_a_finite_pose_there_is_one_note(tum, write):
+    reference = tum(100, 10, "gt.txt")
+    rows = [line.split()[0] for line in reference.read_text().splitlines()]
+    lost = write([f"{stamp} nan nan nan nan nan nan nan" for stamp in rows], "lost.txt")
+    found = evaluate(reference, lost)
+    assert (found.tas, found.lost) == (0, 1)
+    assert found.notes[0].text == "it has no finite pose"
+    assert not any("cannot be aligned" in note.text for note in found.notes)
+    assert compare(reference, [lost]).runs["status"].tolist() == ["failed"]
+
+
+def test_constant_rotations_are_scored_unless_the_reference_has_none(tum, write, command):
+    reference = tum(100, 10, "gt.txt")
+    rows = [line.split()[:4] for line in reference.read_text().splitlines()]
+    constant = write([" ".join([*row, "0 0 0 1"]) for row in rows], "constant.txt")
+    code, _, err = command(reference, constant)
+    assert code == 0
+    assert "if it has none, --est_columns 't x y z' scores the positions" in err
+    assert evaluate(reference, constant).ras < 0.3
+    assert not evaluate(reference, constant, est_columns="t x y z").has_rotations
+    assert not evaluate(constant, reference).has_rotations
+
+
+@pytest.mark.parametrize(
+    ("name", "files", "ate"),
+    [
+        ("08-utm-identity", "Alpha_gt.txt est.txt", 0.078),
+        ("19-gt-1hz", "gt_1hz.txt lio_10hz.txt", 0.0835),
+    ],
+)
+def test_a_sparse_reference_is_compared_at_its_own_stamps(case, name, files, ate):
+    case(name)
+    evaluation = evaluate(*files.split(), alignment="rigid")
+    assert evaluation.ate == pytest.approx(ate, abs=5e-4)
+    assert "sparse" in [note.kind for note in evaluation.notes]
+
+
+def test_an_estimate_is_interpolated_at_the_stamps_of_a_sparse_reference():
+    """It has no pose at these; evo would find nothing, or poses up to 0.05 s apart."""
+    times = np.arange(1200) / 10
+    poses = np.tile(np.eye(4), (1200, 1, 1))
+    poses[:, :3, 3] = np.transpose([40 * np.cos(times / 4), 40 * np.sin(times / 4), times / 3])
+    reference = Trajectory(times[::10], poses[::10])
+    late = Trajectory(times[:-1] + 0.05, (poses[:-1] + poses[1:]) / 2)
+    late.poses[:, :3, :3] = np.eye(3)
+    evaluation = evaluate(reference, late, alignment="rigid")
+    assert evaluation.ate < 0.01
+    assert evaluation.lost < 0.02
+
+
+def winding(rng):
+    """Return stamps and poses of a hand-held camera."""
+    times = np.arange(900) / 20
+    waves, phases = rng.uniform(0.3, 2, (6, 3)), rng.uniform(0, 6, (6, 3))
+    waves = np.sin(times[:, None, None] * waves + phases).transpose(1, 0, 2)
+    poses = np.tile(np.eye(4), (len(times), 1, 1))
+    poses[:, :3, :3] = Rotation.from_rotvec(0.4 * waves[:3].sum(axis=0)).as_matrix()
+    poses[:, :3, 3] = waves[3:].sum(axis=0)
+    return times, poses
+
+
+def disturbed(poses, rng):
+    """Return poses with noise, in another frame."""
+    n, frame = len(poses), np.eye(4)
+    frame[:3, :3], frame[:3, 3] = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
+    noisy = poses.copy()
+    noise = Rotation.from_rotvec(rng.normal(0, 0.005, (n, 3))).as_matrix()
+    noisy[:, :3, :3] = noise @ poses[:, :3, :3]
+    noisy[:, :3, 3] += rng.normal(0, 0.03, (n, 3))
+    return frame @ noisy
+
+
+def reordered(poses):
+    changed = poses.copy()
+    quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
+    changed[:, :3, :3] = Rotation.from_quat(np.roll(quaternions, 1, axis=1)).as_matrix()
+    return changed
+
+
+MISTAKES = {"inverted": inverse_poses, "quaternions": reordered}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_right_pairs_have_no_hint_and_wrong_ones_are_named(seed):
+    rng = np.random.default_rng([seed, 70])
+    times, truth = winding(rng)
+    rows = np.sort(rng.permutation(len(times))[: 900 // rng.integers(1, 5)])
+    reference, estimate = Trajectory(times, truth), disturbed(truth, rng)[rows]
+
+    def hints(reference, estimate):
+        return [note for note in evaluate(reference, estimate).notes if note.kind in KINDS]
+
+    assert hints(reference, Trajectory(times[rows], estimate)) == []
+    for mistake, change in MISTAKES.items():
+        (hint,) = hints(reference, Trajectory(times[rows], change(estimate)))
+        assert hint.kind == mistake
+        assert "of the estimate seem" in hint.text
+        (hint,) = hints(Trajectory(times, change(truth)), Trajectory(times[rows], estimate))
+        assert hint.kind == mistake
+        assert "of the reference seem" in hint.text
+    for late in (-0.05, 0.4, 1.2):
+        (hint,) = hints(reference, Trajectory(times[rows] + late, estimate))
+        assert hint.kind == "clock"
+        evaluation = evaluate(reference, Trajectory(times[rows] + late, estimate), t_offset="auto")
+        assert evaluation.t_offset == pytest.approx(-late, abs=0.005)
+
+
+def test_laps_that_repeat_are_not_certain():
+    """One lap of a reference with three; stamps as they are have no time in common."""
+    times = np.arange(1800) / 20
+    poses = np.tile(np.eye(4), (1800, 1, 1))
+    angle = 2 * np.pi * times / 30
+    heading = np.transpose([0 * angle, 0 * angle, np.sin(angle) + 0.3 * np.cos(3 * angle)])
+    poses[:, :3, :3] = Rotation.from_rotvec(heading).as_matrix()
+    poses[:, :3, 3] = np.transpose([np.cos(angle), np.sin(2 * angle), 0 * angle])
+    estimate = Trajectory(times[600:1200] + 1000, poses[600:1200])
+    with pytest.raises(ValueError, match="with certainty: the best are"):
+        evaluate(Trajectory(times, poses), estimate, t_offset="auto")
+
+
+def test_an_estimate_in_millimetres_is_named_where_the_scale_counts():
+    rng = np.random.default_rng(3)
+    times, truth = winding(rng)
+    estimate = disturbed(truth, rng)
+    estimate[:, :3, 3] *= 1000
+    evaluation = evaluate(Trajectory(times, truth), Trajectory(times, estimate), alignment="rigid")
+    (hint,) = [note for note in evaluation.notes if note.kind == "units"]
+    assert "the positions of the estimate seem to be in mm" in hint.text
+
+
+@pytest.mark.parametrize("sigma", [0.05, 0.1, 0.2])
+def test_noisy_positions_far_from_the_origin_are_no_motions(sigma):
+    """Their product would hide the noise: steps are as long as the origin is far."""
+    rng = np.random.default_rng(0)
+    gt = np.tile(np.eye(4), (80, 1, 1))
+    gt[:, :3, 3] = rng.random((80, 3)) + 5
+    est = gt.copy()
+    est[:, :3, 3] += rng.normal(scale=sigma, size=(80, 3))
+    stamps = np.arange(80) / 10
+    evaluation = evaluate(Trajectory(stamps, gt), Trajectory(stamps, est))
+    assert "increments" not in {note.kind for note in evaluation.notes}
+
+
+def test_a_unit_of_time_shows_in_the_durations_of_both_files():
+    """At 300 Hz steps in milliseconds are those of a camera, too."""
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    estimate = disturbed(truth, rng)
+    with pytest.raises(ValueError, match="seem to be ms in the estimate"):
+        evaluate(Trajectory(times / 15, truth), Trajectory(times / 15 * 1e3, estimate))
+
+
+def test_units_and_clocks_that_differ_both_are_named_together():
+    rng = np.random.default_rng(9)
+    times, truth = winding(rng)
+    reference = Trajectory(times * 1e3, truth)
+    with pytest.raises(ValueError, match=r"seem to be ms in the reference.* offset of -17\d+\.\d"):
+        evaluate(reference, Trajectory(1.7e9 + times, disturbed(truth, rng)))

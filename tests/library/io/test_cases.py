@@ -1,0 +1,424 @@
+"""Kinds of files that gave a wrong number, or a wrong reason, in public reports.
+
+The reports are named; data and wording are ours.
+"""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores import evaluate
+from alignscores.io import (
+    FileError,
+    TrajectoryWarning,
+    read_colmap,
+    read_euroc,
+    read_g2o,
+    read_hloc,
+    read_matrices,
+    read_names,
+    read_nerf,
+    read_opensfm,
+    read_stamps,
+    read_tum,
+    recognise,
+)
+
+N = 40
+RNG = np.random.default_rng(0)
+STAMPS = 1_700_000_000 + np.arange(N) / 10
+POSITIONS = np.cumsum(RNG.normal(size=(N, 3)), axis=0).round(6)
+ROTATIONS = Rotation.random(N, rng=1)
+QUATERNIONS = ROTATIONS.as_quat()
+
+
+def table(*columns, by=" ", header="", digits=9):
+    values = np.column_stack(columns)
+    rows = [by.join(f"{value:.{digits}f}" for value in row) for row in values]
+    return "\n".join([*([header] if header else []), *rows, ""])
+
+
+TUM = table(STAMPS, POSITIONS, QUATERNIONS)
+
+
+def same_poses(trajectory, *, rotations=True):
+    np.testing.assert_allclose(trajectory.positions, POSITIONS, atol=1e-8)
+    if rotations:
+        np.testing.assert_allclose(trajectory.rotations, ROTATIONS.as_matrix(), atol=1e-7)
+    else:
+        assert trajectory.rotations is None
+
+
+TWO = {  # headers with two poses, and the columns that choose each
+    "timestamp,gt_x,gt_y,gt_z,est_x,est_y,est_z": ("t x y z - - -", "t - - - x y z"),
+    "timestamp,x_gt,y_gt,z_gt,x_est,y_est,z_est": ("t x y z - - -", "t - - - x y z"),
+    "timestamp,true_pos_x,true_pos_y,true_pos_z,pos_x,pos_y,pos_z": (
+        "t x y z - - -",
+        "t - - - x y z",
+    ),
+    "timestamp,ref_x,ref_y,ref_z,x,y,z": ("t - - - x y z", "t x y z - - -"),
+    "timestamp,ref_tx,ref_ty,ref_tz,tx,ty,tz": ("t - - - x y z", "t x y z - - -"),
+    "t,x,y,z,x,y,z": ("t x y z - - -", "t - - - x y z"),
+    "t,groundtruth.x,groundtruth.y,groundtruth.z,prediction.x,prediction.y,prediction.z": (
+        "t x y z - - -",
+        "t - - - x y z",
+    ),
+    "time,vicon_px,vicon_py,vicon_pz,slam_px,slam_py,slam_pz": ("t x y z - - -", "t - - - x y z"),
+}
+
+
+@pytest.mark.parametrize("header", TWO)
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
+def test_a_header_with_two_poses_is_refused_with_the_choices(write, header):
+    path = write(table(STAMPS, POSITIONS + 1, POSITIONS, by=",", header=header))
+    with pytest.raises(FileError, match="its header names 2 poses; choose one by --ref_") as caught:
+        read_tum(path)
+    choices = re.findall(r"'([^']+)'", str(caught.value))
+    assert sorted(choices) == sorted(TWO[header])
+    for choice in choices:
+        first = choice.startswith("t x")
+        assert read_tum(path, columns=choice).positions == pytest.approx(POSITIONS + first)
+
+
+def test_positions_and_rotations_of_two_owners_are_not_mixed(write):
+    """microsoft/AirSim and others: a reference of positions next to an estimate."""
+    header = "timestamp,ref_x,ref_y,ref_z,x,y,z,qx,qy,qz,qw"
+    path = write(table(STAMPS, POSITIONS + 1, POSITIONS, QUATERNIONS, by=",", header=header))
+    with pytest.raises(FileError, match="'t - - - x y z qx qy qz qw' or 't x y z - - - - - - -'"):
+        read_tum(path)
+    header = "t,est_x,est_y,est_z,gt_qx,gt_qy,gt_qz,gt_qw"
+    with pytest.warns(TrajectoryWarning, match=r"read t x y z, not the other 4 of 8 columns \(in"):
+        trajectory = read_tum(write(table(STAMPS, POSITIONS, QUATERNIONS, by=",", header=header)))
+    same_poses(trajectory, rotations=False)
+
+
+def test_other_quantities_are_no_positions(write):
+    """As in the header of Project Aria's trajectories (projectaria_tools#8), but for its clocks."""
+    header = (
+        "graph_uid,tracking_timestamp_us,tx_world_device,ty_world_device,tz_world_device,"
+        "qx_world_device,qy_world_device,qz_world_device,qw_world_device,"
+        "device_linear_velocity_x_device,angular_velocity_y_device,gravity_z_world,pos_std_x"
+    )
+    noise = np.full((N, 4), 0.5)
+    text = table(np.zeros(N), STAMPS * 1e6, POSITIONS, QUATERNIONS, noise, by=",", header=header)
+    with pytest.warns(TrajectoryWarning, match=r"not the other 5 .*tx_world_device"):
+        trajectory = read_tum(write(text))
+    same_poses(trajectory)
+    np.testing.assert_allclose(trajectory.keys, STAMPS, atol=1e-5)
+
+
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
+def test_two_clocks_are_not_added(write):
+    """projectaria_tools#8: the time of the tracking and UTC."""
+    utc, header = STAMPS * 1e9 + 5e12, "tracking_timestamp_us,utc_timestamp_ns,x,y,z"
+    path = write(table(STAMPS * 1e6, utc, POSITIONS, by=",", header=header))
+    with pytest.raises(FileError, match=r"names 2 clocks; .* 't_us - x y z' or '- t_ns x y z'"):
+        read_tum(path)
+    assert read_tum(path, columns="- t_ns x y z").keys[0] == pytest.approx(STAMPS[0] + 5000)
+    path = write(table(STAMPS, utc, POSITIONS, by=",", header="sec,nsec,x,y,z"))
+    with pytest.raises(FileError, match="line 2: t_ns is not a fraction of t_s"):
+        read_tum(path)
+
+
+def test_w_comes_first_only_where_the_file_says_so(write):
+    """Only commas do not."""
+    w_first = QUATERNIONS[:, [3, 0, 1, 2]]
+    seconds = write(table(STAMPS, POSITIONS, QUATERNIONS, by=","), "a.csv")
+    assert recognise(seconds) == "tum"
+    for read in (read_tum, read_euroc):
+        same_poses(read(seconds))
+    nanoseconds = write(table(STAMPS * 1e9, POSITIONS, w_first, by=",", digits=9), "b.csv")
+    assert recognise(nanoseconds) == "euroc"
+    same_poses(read_euroc(nanoseconds))
+    header = write(table(STAMPS, POSITIONS, w_first, header="#t x y z qw qx qy qz"), "c.csv")
+    same_poses(read_tum(header))
+
+
+@pytest.mark.parametrize("columns", [7, 8, 9])
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
+def test_a_quaternion_that_is_none_is_refused_in_any_row(write, columns):
+    """Euler angles in their place (rpg_trajectory_evaluation#43), a rotation vector (ARKit)."""
+    quaternions = QUATERNIONS.copy()
+    quaternions[17] *= 1.2
+    parts = [STAMPS, POSITIONS, quaternions, np.arange(N)]
+    path = write(table(*(parts if columns == 9 else parts[:3] if columns == 8 else parts[1:3])))
+    message = "line 18: a quaternion of length 1.2 is not a rotation; --columns names"
+    with pytest.raises(FileError, match=message):
+        read_tum(path)
+
+
+def test_rotation_vectors_are_read(write):
+    """apple/ARKitScenes#37, by --columns or by a header."""
+    vectors = ROTATIONS.as_rotvec()
+    path = write(table(STAMPS, vectors, POSITIONS))
+    with pytest.raises(FileError, match=r"has 7 columns, .* 't rx ry rz x y z'"):
+        read_tum(path)
+    same_poses(read_tum(path, columns="t rx ry rz x y z"))
+    same_poses(read_tum(write(table(STAMPS, vectors, POSITIONS, header="t rx ry rz tx ty tz"))))
+    degrees = table(STAMPS, np.degrees(vectors), POSITIONS, header="t rx ry rz tx ty tz")
+    with pytest.raises(FileError, match=r"line 2: a rotation vector of length .* in radians"):
+        read_tum(write(degrees))
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+@pytest.mark.parametrize("height", [0.0, 3.0])
+def test_latitudes_and_longitudes_are_recognised(write, swapped, height):
+    """evo#420: without a header. Metres far from the origin are not refused."""
+    degrees = np.array([48.98, 8.39]) + POSITIONS[:, :2] / 1e4
+    degrees = degrees[:, ::-1] if swapped else degrees
+    z = 112 + height * POSITIONS[:, 2]
+    path = write(table(STAMPS, degrees, z))
+    with pytest.raises(FileError, match="seems to have latitudes and longitudes"):
+        read_tum(path)
+    assert len(read_tum(path, columns="t x y z").keys) == N
+    for offset in ([48.98, 8.39, 112], [450_000, 5_400_000, 100]):
+        assert len(read_tum(write(table(STAMPS, POSITIONS + offset))).keys) == N
+
+
+def world_to_camera():
+    inverse = ROTATIONS.inv()
+    return inverse, -inverse.apply(POSITIONS)
+
+
+NAMES = [f"my photos/{number:03}.jpg" for number in range(N)]
+
+
+def named(*columns, header="", by=" "):
+    lines = table(*columns, by=by).splitlines()
+    rows = [f"{name}{by}{line}" for name, line in zip(NAMES, lines, strict=True)]
+    return "\n".join([*([header] if header else []), *rows[::-1], ""])
+
+
+def test_the_results_of_hloc_are_read(write):
+    """Hierarchical-Localization#109: world-to-camera, w first, by image name."""
+    rotations, translations = world_to_camera()
+    path = write(named(rotations.as_quat(scalar_first=True), translations))
+    assert recognise(path) == "hloc"
+    for read in (read_hloc, read_colmap):
+        trajectory = read(path)
+        assert trajectory.keys.tolist() == NAMES
+        same_poses(trajectory)
+    assert evaluate(path, path).pas == 1
+
+
+def test_tables_of_image_names_are_read(write):
+    matrices = np.concatenate([ROTATIONS.as_matrix(), POSITIONS[:, :, None]], axis=2)
+    w_first = QUATERNIONS[:, [3, 0, 1, 2]]
+    header = "image,qw,qx,qy,qz,tx,ty,tz"
+    for text in (
+        named(POSITIONS, QUATERNIONS),
+        named(matrices.reshape(N, 12)),
+        named(w_first, POSITIONS, by=",", header=header),
+    ):
+        path = write(text)
+        assert recognise(path) == "names"
+        trajectory = read_names(path)
+        assert trajectory.keys.tolist() == NAMES
+        same_poses(trajectory)
+    path = write(named(w_first, POSITIONS))
+    same_poses(read_names(path, columns="name qw qx qy qz x y z"))
+    path = write(named(POSITIONS, QUATERNIONS).replace("017.jpg", "01;7,a.jpg"))
+    assert "my photos/01;7,a.jpg" in read_names(path).keys
+
+
+def test_two_rows_that_a_lost_line_break_joins_are_refused(write):
+    """Also where not all columns are read, and where a name could hold the numbers."""
+    lines = table(STAMPS, POSITIONS, QUATERNIONS, np.ones((N, 2))).splitlines()
+    lines[5:7] = [f"{lines[5]} {lines[6]}"]
+    with pytest.raises(FileError, match="line 6: has 20 columns, the first row 10"):
+        read_tum(write(lines))
+    lines = named(QUATERNIONS, POSITIONS).splitlines()
+    lines[5:7] = [lines[5] + lines[6]]
+    with pytest.raises(FileError, match="line 6: has"):
+        read_hloc(write(lines))
+
+
+def frames(names):
+    poses = np.tile(np.eye(4), (len(names), 1, 1))
+    poses[:, :3, 3] = POSITIONS[: len(names)]
+    return json.dumps(
+        {
+            "frames": [
+                {"file_path": name, "transform_matrix": pose.tolist()}
+                for name, pose in zip(names, poses, strict=True)
+            ]
+        }
+    )
+
+
+def test_duplicates_of_any_key_are_said_and_a_tenth_is_refused(write):
+    two_duplicates, five_duplicates = [*NAMES[:38], NAMES[0], NAMES[1]], [*NAMES[:35], *NAMES[:5]]
+    message = (
+        r"frames\[38\] .*: 2 of 40 poses have the name of another one, such as my photos/000.jpg"
+    )
+    with pytest.warns(TrajectoryWarning, match=f"{message}; the first one is used"):
+        read_nerf(write(frames(two_duplicates)))
+    with pytest.raises(FileError, match=r"5 of 40 poses have the name .*; write each pose once"):
+        read_nerf(write(frames(five_duplicates)))
+    numbers = np.arange(N)
+    numbers[-1] = 0
+    header = "# frame x y z qx qy qz qw"
+    with pytest.warns(TrajectoryWarning, match="line 41: 1 of 40 pose has the number of another"):
+        read_tum(write(table(numbers, POSITIONS, QUATERNIONS, header=header)))
+    whole = table(np.floor(STAMPS), POSITIONS, QUATERNIONS)  # evo#331
+    with pytest.raises(
+        FileError, match=r"line 2: 36 of 40 poses have the time stamp .* all their d"
+    ):
+        read_tum(write(whole))
+
+
+def test_two_runs_in_a_file_are_refused(write):
+    """evo#260. Rows that are merely out of order are sorted by whoever matches them."""
+    lines = TUM.splitlines()
+    again = table(STAMPS + 0.05, POSITIONS, QUATERNIONS).splitlines()
+    with pytest.raises(FileError, match=r"line 41: the time stamps jump back by 3.85 s: the file"):
+        read_tum(write([*lines, *again]))
+    shuffled = RNG.permutation(lines).tolist()
+    assert len(read_tum(write(shuffled)).keys) == N
+    maps = [*lines[25:], *lines[:25]]  # of one run, the second first
+    assert len(read_tum(write(maps)).keys) == N
+
+
+def test_a_stamp_that_is_no_time_is_refused(write):
+    lines = TUM.splitlines()
+    lines[7] = " ".join(["1e18", *lines[7].split()[1:]])
+    with pytest.raises(
+        FileError, match=r"line 8: the time stamp of 1e\+18 s is not a time; most are"
+    ):
+        read_tum(write(lines))
+    with pytest.raises(FileError, match="line 8: the time stamp"):
+        read_stamps(write(lines))
+
+
+def test_keys_of_a_factor_graph_are_no_times(write):
+    """lajoiepy/cslam_experiments#15."""
+    rows = table(POSITIONS, QUATERNIONS).splitlines()
+    lines = [f"{18295873486192640 + row} {line}" for row, line in enumerate(rows)]
+    with pytest.raises(FileError, match="line 1: the time stamps count by one, from 1829587348619"):
+        read_tum(write(lines))
+
+
+@pytest.mark.parametrize("nan", ["-1.#IND", "1.#QNAN", "-1.#IND00", "nan", "-nan(ind)", "NaN", ""])
+def test_nan_has_many_spellings(write, nan):
+    lines = table(STAMPS, POSITIONS, QUATERNIONS, by=",").splitlines()
+    stamp = lines[3].split(",")[0]
+    lines[3] = ",".join([stamp, *[nan] * 7])
+    trajectory = read_tum(write(lines))
+    assert np.isnan(trajectory.poses[3, :3]).all()
+    assert np.isfinite(np.delete(trajectory.poses, 3, axis=0)).all()
+    if nan:
+        trajectory = read_tum(write([line.replace(",", " ") for line in lines]))
+        assert np.isnan(trajectory.poses[3, :3]).all()
+
+
+@pytest.mark.parametrize("number", ["1_000", "0x10", "1e", "1,5", "١", '1"5', '15"'])
+def test_spellings_of_other_languages_are_no_numbers(write, number):
+    with pytest.raises(FileError, match="line 2: "):
+        read_tum(write(f"{POSE}1 {number} 2 3 0 0 0 1\n"))
+
+
+POSE = "0 1 2 3 0 0 0 1\n"
+
+
+def images(*, points, name="{}.png"):
+    rotations, translations = world_to_camera()
+    rows = table(rotations.as_quat(scalar_first=True), translations).splitlines()
+    lines = []
+    for number, row in enumerate(rows):
+        lines += [f"{number + 1} {row} 1 {name.format(number)}", *points]
+    return "\n".join([*lines, ""])
+
+
+@pytest.mark.parametrize("name", ["{}.png", "my image {}.png", "a b c {}.png"])
+def test_no_image_of_a_text_model_is_lost(tmp_path, name):
+    for points in ([""], ["1.5 2.5 -1 3 4 17"]):
+        (tmp_path / "images.txt").write_text(images(points=points, name=name))
+        assert len(read_colmap(tmp_path).keys) == N
+    (tmp_path / "images.txt").write_text(images(points=[], name=name))
+    with pytest.raises(FileError, match=r"images.txt, line 2: expected the line of 2D points"):
+        read_colmap(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("count", "reason"),
+    [
+        (2**63 + 1, r"is cut off: it holds 37 of its 9223372036854775809 images"),
+        (38, "is cut off: it holds 37 of its 38 images"),
+        (18, r"is damaged: \d+ bytes follow the last of its 18 images"),
+        (0, r"is damaged: \d+ bytes follow the last of its 0 images"),
+    ],
+)
+def test_a_binary_model_has_as_many_images_as_it_says(examples, tmp_path, count, reason):
+    content = (examples / "colmap/estimate/images.bin").read_bytes()
+    (tmp_path / "images.bin").write_bytes(count.to_bytes(8, "little") + content[8:])
+    with pytest.raises(FileError, match=f"images.bin: {reason}"):
+        read_colmap(tmp_path)
+
+
+def test_the_reconstructions_of_opensfm_are_read(write):
+    """mapillary/OpenSfM#1032: the largest of several, world-to-camera, by image name."""
+    rotations, translations = world_to_camera()
+    vectors = rotations.as_rotvec()
+    shots = {
+        f"{row:03}.jpg": {"rotation": list(vectors[row]), "translation": list(translations[row])}
+        for row in range(N)
+    }
+    small_model = dict(list(shots.items())[:7])
+    path = write(
+        json.dumps([{"cameras": {}, "shots": small_model}, {"cameras": {}, "shots": shots}])
+    )
+    assert recognise(path) == "opensfm"
+    with pytest.warns(TrajectoryWarning, match="has 2 reconstructions, of 7, 40 images; the larg"):
+        trajectory = read_opensfm(path)
+    assert trajectory.keys.tolist() == list(shots)
+    same_poses(trajectory)
+    for broken in ({"rotation": [0, 0]}, 3, {"rotation": [0, 0, 0], "translation": "x"}):
+        with pytest.raises(FileError, match="shot 'a': needs a rotation and a translation"):
+            read_opensfm(write(json.dumps([{"shots": {"a": broken}}])))
+
+
+def test_pose_graphs_of_g2o_are_read(write):
+    """koide3/hdl_graph_slam#122: the vertices, not the edges."""
+    rows = table(POSITIONS, QUATERNIONS).splitlines()
+    vertices = [f"VERTEX_SE3:QUAT {row} {line}" for row, line in enumerate(rows)]
+    path = write([*vertices, "FIX 0", "EDGE_SE3:QUAT 0 1 1 2 3 0 0 0 1 1 0 0"])
+    assert recognise(path) == "g2o"
+    trajectory = read_g2o(path)
+    assert trajectory.keys.tolist() == list(range(N))
+    same_poses(trajectory)
+    with pytest.raises(FileError, match="line 41: must hold 'VERTEX_SE3:QUAT id x y z"):
+        read_g2o(write([*vertices, "VERTEX_SE3:QUAT 1 2"]))
+    with pytest.raises(FileError, match=r"is a pose graph of g2o without VERTEX_SE3:QUAT"):
+        read_g2o(write("VERTEX_SE2 0 1 2 3\n"))
+
+
+def test_submissions_to_the_image_matching_challenge_are_named(write):
+    header = "dataset,scene,image,rotation_matrix,translation_vector"
+    row = "phototourism,church,a.png,1;0;0;0;1;0;0;0;1,0.5;0.25;1"
+    with pytest.raises(FileError, match="is a submission to the Image Matching Challenge"):
+        recognise(write([header, row]))
+
+
+def test_matrices_are_matched_by_number_not_by_the_order_of_names(tmp_path):
+    """HI-SLAM2#32: unpadded names, and -inf where there is no pose."""
+    for number in range(12):
+        pose = np.full((4, 4), -np.inf) if number == 3 else np.eye(4)
+        pose[0, 3] = -np.inf if number == 3 else number
+        np.savetxt(tmp_path / f"{number}.txt", pose)
+    trajectory = read_matrices(tmp_path)
+    assert trajectory.keys.tolist() == list(range(12))
+    assert np.flatnonzero(~np.isfinite(trajectory.positions[:, 0])).tolist() == [3]
+
+
+def test_quaternions_of_zeros_are_no_rotations(write):
+    zeros = np.zeros((N, 4))
+    with pytest.warns(TrajectoryWarning, match="all quaternions are zero"):
+        same_poses(read_tum(write(table(STAMPS, POSITIONS, zeros))), rotations=False)
+    quaternions = QUATERNIONS.copy()
+    quaternions[3] = 0
+    with pytest.warns(TrajectoryWarning, match="1 pose has a quaternion of zeros: not estimated"):
+        trajectory = read_tum(write(table(STAMPS, POSITIONS, quaternions)))
+    assert np.flatnonzero(np.isnan(trajectory.positions[:, 0])).tolist() == [3]

@@ -1,0 +1,212 @@
+"""Text tables are read whatever their separators, units, headers and orders of columns are.
+
+A case writes the same five poses in some layout. What is ambiguous is refused in one sentence.
+"""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from alignscores.io import FileError, read_euroc, read_kitti, read_tum, recognise
+
+N = 5
+STAMPS = 1_700_000_000 + np.arange(N) / 8
+POSITIONS = np.random.default_rng(0).random((N, 3)).round(6)
+ROTATIONS = Rotation.random(N, rng=0).as_matrix()
+VALUES = {
+    **dict(zip("xyz", POSITIONS.T, strict=True)),
+    **dict(zip(["qx", "qy", "qz", "qw"], Rotation.from_matrix(ROTATIONS).as_quat().T, strict=True)),
+    **{f"r{i}{j}": ROTATIONS[:, i - 1, j - 1] for i in (1, 2, 3) for j in (1, 2, 3)},
+    **{f"r4{j}": np.full(N, float(j == 4)) for j in (1, 2, 3, 4)},
+    **{f"t_{unit}": STAMPS * f for unit, f in (("s", 1), ("ms", 1e3), ("us", 1e6), ("ns", 1e9))},
+    "whole": np.floor(STAMPS),
+    "rest_ns": (STAMPS % 1) * 1e9,
+    "n": np.arange(N) * 3,
+    "-": np.full(N, 0.25),
+    "word": np.full(N, "map"),
+    "label": np.full(N, "run 1"),
+    "quoted_t": [f'"{stamp:.3f}' for stamp in STAMPS],
+}
+Q, W = "x y z qx qy qz qw", "x y z qw qx qy qz"
+MATRIX = "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
+EUROC = (
+    "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
+    "q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1]"
+)
+ROSTOPIC = (
+    "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.pose.position.x,"
+    "field.pose.position.y,field.pose.position.z,field.pose.orientation.x,"
+    "field.pose.orientation.y,field.pose.orientation.z,field.pose.orientation.w"
+)
+
+
+def made(columns, separator=" ", header="", *, named=None, end="", decimal=".", holds=None):
+    """A text with five poses in these columns, how they are named, and what the file holds."""
+
+    def text(value):
+        return value if isinstance(value, str) else f"{value:.9f}".replace(".", decimal)
+
+    values = [VALUES[name] for name in columns.split()]
+    rows = [separator.join(map(text, row)) + end for row in zip(*values, strict=True)]
+    return "\n".join([*([header] if header else []), *rows, ""]), named, holds or columns
+
+
+TUM, NS = f"t_s {Q}", f"t_ns {Q}"
+READ = {
+    **{
+        f"{name}: {columns}": made(columns, separator)
+        for name, separator in (
+            ("blanks", "  "),
+            ("tabs", "\t"),
+            ("commas", ","),
+            ("commas and blanks", ", "),
+            ("semicolons", ";"),
+        )
+        for columns in (TUM, "t_s x y z", "x y z", Q, MATRIX)
+    },
+    "decimal commas": made(TUM, ";", decimal=","),
+    "comments at the ends": made(TUM, end="  # good"),
+    "comments of MATLAB": made(TUM, header="% a trajectory"),
+    "a trailing comma": made(TUM, ",", end=","),
+    "TUM's header": made(TUM, header="# timestamp tx ty tz qx qy qz qw"),
+    "a header without #": made(TUM, header="timestamp tx ty tz qx qy qz qw"),
+    "a header of pandas": made(TUM, ",", "timestamp,x,y,z,qx,qy,qz,qw"),
+    "quotes": made(TUM, ",", '"time","x","y","z","qx","qy","qz","qw"'),
+    "a header above others": made(f"t_s {W}", header="# t x y z qw qx qy qz\n# of a run\n"),
+    "quoted numbers": made("quoted_t x y z", '","', end='"', holds="t_s x y z"),
+    "capitals": made(f"t_s {W}", ",", "TimeStamp,posX,posY,posZ,rotW,rotX,rotY,rotZ"),
+    "w first by a header": made(f"t_s {W}", header="# t px py pz qw qx qy qz"),
+    "another order": made("qw qx qy qz x y z t_s", header="qw qx qy qz x y z time"),
+    "OpenVINS": made(f"{TUM} - - - -", header="# timestamp(s) tx ty tz qx qy qz qw Pr11 Pr12"),
+    "20 columns": made(TUM + 12 * " -"),
+    "29 columns": made(TUM + 21 * " -"),
+    "12 columns": made(TUM + 4 * " -"),
+    "MCD": made(f"n {TUM}", ",", "num,t,x,y,z,qx,qy,qz,qw", holds=TUM),
+    "Newer College": made(f"whole rest_ns {Q}", ",", "#sec,nsec,x,y,z,qx,qy,qz,qw", holds=TUM),
+    "VSLAM-LAB": made(NS, ",", "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw"),
+    "EuRoC": made(f"t_ns {W} - - - -", ",", EUROC),
+    "EuRoC's leica0": made("t_ns x y z", ",", EUROC[: EUROC.index(", q_RS")]),
+    "rostopic": made(f"- n t_ns word {Q}", ",", ROSTOPIC, holds=TUM),
+    "a text with blanks": made(f"label {TUM}", ",", "run,t,x,y,z,qx,qy,qz,qw", holds=TUM),
+    "numbers of frames": made(f"n {Q}", header="# id x y z qx qy qz qw"),
+    "KITTI-360": made(f"n {MATRIX}"),
+    "KITTI-360, four rows": made(f"n {MATRIX} r41 r42 r43 r44"),
+    "four rows": made(f"{MATRIX} r41 r42 r43 r44"),
+    "stamps and matrices": made(f"t_s {MATRIX}"),
+    "Euler angles": made("t_s x y z - - -", ",", "t,x,y,z,roll,pitch,yaw"),
+    "velocities first": made("t_s - - - x y z", header="t v_x v_y v_z p_x p_y p_z"),
+    "milliseconds": made(f"t_ms {Q}"),
+    "microseconds": made(f"t_us {Q}"),
+    "nanoseconds": made(NS),
+    "milliseconds by a header": made(f"t_ms {Q}", ",", "time_ms,x,y,z,qx,qy,qz,qw"),
+    "w first by name": made(f"t_s {W}", named="t x y z qw qx qy qz"),
+    "names with commas": made(f"t_s {W}", named="t,x,y,z,qw,qx,qy,qz"),
+    "the end is left out": made(f"{TUM} - word", named="t x y z qx qy qz qw"),
+    "skipped columns": made(f"word {TUM}", named="- t x y z qx qy qz qw"),
+    "names above a header": made(TUM, ",", "t,a,b,c,d,e,f,g", named="t x y z qx qy qz qw"),
+    "the unit by name": made(f"t_us {Q}", named="t_us x y z qx qy qz qw"),
+    "two units": made(f"whole rest_ns {Q}", named="t_s t_ns x y z qx qy qz qw", holds=TUM),
+    "9 columns": made(f"n {TUM}", named="n t x y z qx qy qz qw", holds=TUM),
+    "a stamp, a matrix and more": made(f"t_s {MATRIX} - -", named=f"t {MATRIX}"),
+    "RealEstate10K": made(
+        f"t_us - - - - - - {MATRIX}", header="https://a.b/?v=1", named=f"t {'- ' * 6}{MATRIX}"
+    ),
+    "GeoSLAM": made(f"{W} - n word", named="x y z qw qx qy qz - n"),
+    "only positions by name": made(TUM, named="t x y z", holds="t_s x y z"),
+}
+
+
+@pytest.mark.parametrize(("text", "named", "holds"), READ.values(), ids=READ)
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
+def test_tables_are_read_whatever_their_layout(write, text, named, holds):
+    keys, poses = read_tum(write(text), columns=named)
+    np.testing.assert_allclose(poses[:, :3, 3], POSITIONS, rtol=0, atol=1e-8)
+    rotations = ROTATIONS if "q" in holds or "r1" in holds else np.full((N, 3, 3), np.nan)
+    np.testing.assert_allclose(poses[:, :3, :3], rotations, rtol=0, atol=1e-7)
+    stamped, numbered = "t_" in holds, "n " in f"{holds} "
+    expected = STAMPS if stamped else VALUES["n"] if numbered else np.arange(N)
+    assert keys.dtype.kind == ("f" if stamped else "i")
+    np.testing.assert_allclose(keys, expected, rtol=0, atol=1e-6)
+
+
+NAME_THEM = "name them, as in --columns 't x y z qx qy qz qw'"
+
+
+@pytest.mark.parametrize(
+    ("text", "named", "reason"),
+    [
+        *[(made(" ".join("-" * n))[0], None, f"has {n} columns, .*{NAME_THEM}") for n in (2, 5, 6)],
+        *[(made(" ".join("-" * n))[0], None, f"has {n} columns, .*{NAME_THEM}") for n in (7, 10)],
+        *[(made(" ".join("-" * n))[0], None, f"has {n} columns, .*{NAME_THEM}") for n in (12, 16)],
+        ("1\n", None, "has 1 column, whose meaning is unknown"),
+        (made("t_s x y z", ",", "time,a,b,c")[0], None, f"names no x, y, z .*; {NAME_THEM}"),
+        (made("t_s x y z", ",", "time,lat,lon,alt")[0], None, "has latitudes; it takes positions"),
+        (
+            made("t_s x y z", " ", "# time lat lon alt")[0],
+            None,
+            "has latitudes; it takes positions",
+        ),
+        ("a text\nof words\n", None, "has no line of numbers"),
+        ("1 2 3 4\n1 2 3\n", None, "line 2: has 3 columns, the first row 4"),
+        ("1 2 3 4\n1 2 x 4\n", None, "line 2: 'x' is not a number; --columns names the columns"),
+        ("0,5 1,5 2,5 3,5\n", None, f"has 5 columns, .*{NAME_THEM}"),  # decimal commas
+        ("x 2 3 4\n", None, f"line 1: has 4 columns, .*{NAME_THEM}"),
+        ("1 2 3 4\n", "t x y z qx qy qz qw", "has 4 columns, not the 8 of 't x y z"),
+        ("nan 2 3 4\n", None, "line 1: the time stamp is not finite"),
+        (
+            made(f"{MATRIX} r11 - - -")[0],
+            None,
+            "line 1: the last row of the matrix must be",
+        ),
+    ],
+)
+def test_unknown_tables_are_refused_in_one_sentence(write, text, named, reason):
+    with pytest.raises(FileError, match=f"est.txt.*{reason}") as caught:
+        read_tum(write(text), columns=named)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("columns", "reason"),
+    [
+        ("t x y z qx qy qz", "x, y and z, and all of a rotation or none, each once"),
+        ("t x y x", "x, y and z, and all"),
+        ("t qx qy qz qw", "x, y and z"),
+        ("t x y z foo", "unknown column 'foo'; use t "),
+    ],
+)
+def test_impossible_columns_are_refused(write, columns, reason):
+    with pytest.raises(ValueError, match=reason):
+        read_tum(write(made(f"{TUM} -")[0]), columns=columns)
+
+
+def test_fields_may_be_empty(write):
+    _, poses = read_tum(
+        write(made(TUM, ",")[0] + "1800000000,,,,,,,\n1800000001,,,,null,NA,nan,\n")
+    )
+    assert np.isfinite(poses[:, 0, 3]).tolist() == [True] * N + [False] * 2
+
+
+def test_euroc_has_w_first_where_nothing_names_it(write, recwarn):
+    for text in (made(f"t_ns {W} - -", ",")[0], made(f"t_ns {W}", ",", end=",")[0], made(NS)[0]):
+        np.testing.assert_allclose(read_euroc(write(text)).poses[:, :3, :3], ROTATIONS, atol=1e-7)
+    assert not recwarn.list  # nanoseconds and more columns are usual there
+
+
+def test_kitti_has_no_stamps(write):
+    with pytest.raises(FileError, match="has time stamps, unlike the kitti format; give tum"):
+        read_kitti(write(made(TUM)[0]))
+
+
+@pytest.mark.parametrize(
+    ("text", "format_name"),
+    [
+        *[(made(columns)[0], "kitti") for columns in (MATRIX, f"{MATRIX} r41 r42 r43 r44")],
+        *[(made(f"t_ns {W} -", ",")[0], "euroc"), (made(f"t_ns {W}", ",", EUROC)[0], "euroc")],
+        *[(made(columns)[0], "tum") for columns in (TUM, NS, "t_s x y z", Q, f"n {MATRIX}")],
+        *[(READ[name][0], "tum") for name in ("MCD", "VSLAM-LAB", "EuRoC's leica0", "rostopic")],
+        *[("{", "nerf"), ("[\nx", "nerf"), ("\n {", "nerf")],
+    ],
+)
+def test_the_format_of_a_text_is_recognised(write, text, format_name):
+    assert recognise(str(write(text))) == format_name
