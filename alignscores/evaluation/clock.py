@@ -35,6 +35,7 @@ BLOCKS = 20  # stretches of time, for standard errors
 TINY = 0.005  # seconds; a smaller offset is none
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = 3.0  # median disagreements
+MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
 MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in standard errors
 # Standard errors: Student's t, which one of 1000 wrong offsets exceeds with a probability of 1 %.
 MIN_EVIDENCE = 5.6
@@ -277,8 +278,8 @@ def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple
 
     Displacements and rotations are compared as vectors, after the similarity that fits them. The
     rotation from one pose to the next is that in the frame of the camera, for inverted poses that
-    in the coordinate frame. Where poses are mixed up otherwise, only angles agree: the comparison
-    with the smaller standard error counts.
+    in the coordinate frame. Where poses are mixed up otherwise, only angles agree. These are larger
+    by noise, and count only if they are far more precise.
     """
     if not ref.rotations:
         return _least_squares(_Comparison(ref, motions, np.subtract, np.subtract), offset, step)
@@ -287,9 +288,9 @@ def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple
         for pair in ((_in_camera, _in_camera), (_in_camera, _in_frame), (_in_frame, _in_camera))
     ]
     best = min(vectors, key=lambda comparison: comparison.left(offset))
-    angles = _Comparison(ref, motions, _angles, _angles)
-    results = [_least_squares(comparison, offset, step) for comparison in (best, angles)]
-    return min(results, key=lambda result: result[1])
+    by_vectors = _least_squares(best, offset, step)
+    by_angles = _least_squares(_Comparison(ref, motions, _angles, _angles), offset, step)
+    return by_angles if by_vectors[1] > MIXED_UP * by_angles[1] else by_vectors
 
 
 @dataclass(frozen=True, eq=False)
