@@ -96,7 +96,7 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
     ("27", "gt.txt frozen.txt", (0.507, 0.626), "78 of 300 poses repeat an earlier one"),
     ("27", "gt.txt gap.txt", (0.550, 0.675), ""),
     ("29", "j_gt.txt j_est.txt", (0.081, 0.071), "best with an offset of 1.35"),
-    ("29", "j_gt.txt j_est.txt --t_offset auto", (0.81, 0.93), "time offset of 1.35"),
+    ("29", "j_gt.txt j_est.txt --t_offset auto", (0.825, 0.94), "time offset of 1.35"),
     ("30", "c_gt_ms.txt c_est_ms.txt", (0.276, 0.847), "--columns 't_ms x y z qx qy qz qw'"),
     ("30", "c_gt_ms.txt c_estk_ms.txt", (0.049, 0.145), "--columns 't_ms x y z qx qy qz qw'"),
     ("30", "c_gt_s.txt c_est_ms.txt", "only 1 of 600 poses .* --est_columns 't_ms", ""),
