@@ -347,6 +347,9 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     changes = {"body_rotation": "auto"} if frame else {}
     if convention.mistake:
         yield _of_convention(state, files, convention, frame, changes)
+        if convention.mistake == INVERTED_ROTATIONS:
+            inverted = replace(convention, mistake=INVERTED)  # which poor positions may hide
+            yield _of_convention(state, files, inverted, frame, changes)
     elif frame:
         option = "--body_rotation auto removes it"
         if _may_both_be_inverted(state.scored, convention.body_rotation):
