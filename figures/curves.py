@@ -195,10 +195,8 @@ def draw_panel(
         axes.text(middle, 0.5, "no bars", transform=axes.get_xaxis_transform(), **placed)
     axes.set_xlim(-0.65, edges[-1])
     steps = np.diff(levels[x[0]].to_numpy(float))
-    is_even = np.allclose(steps, steps[:1])
-    axes.set_xlabel(
-        " and ".join(NAMES[name] for name in x) + ("" if is_even else "\n(not to scale)")
-    )
+    note = "" if np.allclose(steps, steps[:1]) else "\n(not to scale)"
+    axes.set_xlabel(" and ".join(NAMES[name] for name in x) + note)
     if len(finite) < len(trials):
         n_missing = f"{len(trials) - len(finite)} trials without a value"
         axes.set_title(f"{axes.get_title('left')}\n({n_missing})")
