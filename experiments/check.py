@@ -73,7 +73,8 @@ def _work(options: Namespace) -> list[str]:
     if differing:
         texts = [f"{path} ({differences})" for path, differences in differing.items()]
         raise CommandError(f"not as published: {', '.join(texts)}")
-    n, lines = len(present), [f"{options.results / name} is as published" for name in present]
+    n = len(present)
+    lines = [f"{options.results / name} is as published" for name in present]
     return [*lines, f"{n} of {n} compared tables agree{_missing(published, present)}"]
 
 
