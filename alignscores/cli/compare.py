@@ -161,7 +161,9 @@ def _run(argv: Sequence[str]) -> int:
     reasons = reasons_to_fail(gate, comparison, changed) if gate else []
     problems = problems_of(comparison)
     if changed and changed.is_void and any(condition.relation == WORSE for condition in gate):
-        problems.append(f"no system can be worse at a level of {changed.level:g}: too few runs")
+        problems.append(
+            f"no system could be shown to be worse at a level of {changed.level:g}: too few runs"
+        )
 
     for option, path in outputs.items():
         try:
@@ -179,6 +181,8 @@ def _run(argv: Sequence[str]) -> int:
             print_note(note)
     for problem in [*problems, *reasons]:
         print_error(problem)
+    if gate and not reasons and not problems:
+        print_note(f"passed: {arguments.fail_on}")
     return FAILS if reasons else int(bool(problems))
 
 
