@@ -89,7 +89,7 @@ def _with_values(runs: pd.DataFrame, by: str) -> pd.DataFrame:
         runs["status"] = np.where(runs[by].isna(), "failed", "scored")
     if not runs["status"].isin(STATUSES).all():
         raise ValueError(f"status in the table of runs must be one of {', '.join(STATUSES)}")
-    for name in ("file", "error", "notes", "low_score", "settings"):
+    for name in ("file", "error", "notes", "hints", "low_score", "settings"):
         texts = runs[name] if name in runs else [""] * len(runs)
         runs[name] = ["" if pd.isna(text) else printable(str(text)) for text in texts]
     if "reference_rotations" not in runs:

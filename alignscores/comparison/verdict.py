@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from ..texts import alike, first_few
+from ..texts import alike, first_few, groups_alike
 from .runs import SEPARATOR
 from .statistics import LEVEL, MIN_RUNS
 from .summary import DEPENDENT, PAIRED, SINGLE, Design, best_means, common_sequences, records
@@ -191,13 +191,25 @@ def notes_on_runs(runs: pd.DataFrame, by: str, design: Design) -> list[str]:
             "if they shared a build or a night: --runs dependent counts each as one value"
         )
     for _, group in runs.groupby("system", sort=False):
-        lines += alike(
-            ("{sequence}, {system}, run {run}".format(**row), note)
-            for row in records(group)
-            for note in row["notes"].split(SEPARATOR)
-            if note
-        )
+        lines += alike(_named(group, "notes"))
+        n_sequences = group["sequence"].nunique()
+        if len(group) == n_sequences:
+            lines += alike(_named(group, "hints"))
+            continue
+        for (name, hint), *others in groups_alike(_named(group, "hints")):
+            where = f" of {len(others) + 1} of {n_sequences} sequences" if n_sequences > 1 else ""
+            lines.append(f"{name}: {hint} (in the first run{where}; further runs are not checked)")
     return lines
+
+
+def _named(runs: pd.DataFrame, column: str) -> list[tuple[str, str]]:
+    """Return the notes of runs after the names of these."""
+    return [
+        ("{sequence}, {system}, run {run}".format(**row), note)
+        for row in records(runs)
+        for note in row[column].split(SEPARATOR)
+        if note
+    ]
 
 
 def _dependence(runs: pd.DataFrame, by: str) -> float:

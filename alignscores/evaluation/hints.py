@@ -38,7 +38,7 @@ from ..io import FAILURES, Trajectory, inverse_poses
 from ..registration import pcr99
 from ..validation import finite_rows
 from .clock import find_clock
-from .evaluation import Note
+from .evaluation import Hint, Note
 from .settings import Settings
 from .time import nearest_stamps
 
@@ -414,7 +414,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy], min_gain: float, attempt:
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     gain = f"({before}{best.score:.3f} corrected)"
-    note = Note(chosen.kind, f"{chosen.text} {gain}", chosen.option)
+    note = Hint(chosen.kind, f"{chosen.text} {gain}", chosen.option)
     return replace(best, notes=(*state.notes, note))
 
 
