@@ -179,10 +179,15 @@ def _run(argv: Sequence[str]) -> int:
     if arguments.show in ("csv", "latex"):  # the other forms have them below the verdict
         for note in comparison.notes + (changed.notes if changed else []):
             print_note(note)
-    for problem in [*problems, *reasons]:
-        print_error(problem)
-    if gate and not reasons and not problems:
-        print_note(f"passed: {arguments.fail_on}")
+    return _end(problems, reasons, arguments.fail_on)
+
+
+def _end(problems: Sequence[str], reasons: Sequence[str], conditions: str) -> int:
+    """Print what is wrong, or which conditions are passed; return the exit code."""
+    for line in [*problems, *reasons]:
+        print_error(line)
+    if conditions and not problems and not reasons:
+        print_note(f"passed: {conditions}")
     return FAILS if reasons else int(bool(problems))
 
 
