@@ -25,6 +25,7 @@ MAX_BYTES = 500_000_000  # of a file, and of an array; a million poses in TUM's 
 MAX_PIPE = 100_000_000  # of a pipe, whose content is held in memory
 # A named pipe without a writer would block the program where it is opened.
 FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+COMPRESSED = b"\x1f\x8b", b"PK\x03\x04", b"BZh", b"\xfd7zXZ"  # gzip, zip, bzip2, xz
 MAX_SILENCE = 10.0  # seconds without a byte after which a pipe is given up
 
 
@@ -140,6 +141,8 @@ def _read(path: FilePath, file: IO[bytes], n_bytes: int = -1) -> bytes:
 
 
 def _no_text(path: FilePath, content: bytes, position: int) -> FileError:
+    if content.startswith(COMPRESSED):
+        return FileError(path, "is compressed; unpack it first")
     line = content.count(b"\n", 0, position) + 1
     return FileError(path, "is not text (UTF-8)", place=f"line {line}")
 

@@ -1,15 +1,21 @@
 """A constant offset between the clocks of a reference and an estimate.
 
-The angle by which a camera turns within some tenths of a second depends on no coordinate frame, no
-scale and hardly on drift. At the true offset these angles agree best. Without rotations, or where
-they leave it open, the logarithms of the distances that it moves take their place, up to a constant
-for the scale; they are less sharp. Every offset at which the two have time in common is tried. One
-that compares n motions and leaves the disagreement D, where unrelated motions have D0, has the
-strength n log(D0 / D): a match on part of the motions does not beat one that is about as good on
-all of them.
+The angle by which a camera turns within a second depends on no coordinate frame, no scale and
+hardly on drift. At the true offset these angles agree best. Without rotations, or where they leave
+it open, the logarithms of the distances that it moves take their place, up to a constant for the
+scale; they are less sharp. Every offset at which the two have time in common is tried. One that
+compares n motions and leaves the disagreement D, where unrelated motions have D0, has the strength
+n log(D0 / D): a match on part of the motions does not beat one that is about as good on all of
+them.
+
+The strongest offset is refined by least squares, which compares rotations and displacements as
+vectors. It is certain if the motions agree with it in all stretches of time, no other offset is
+nearly as strong, and its standard error is small.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,17 +26,22 @@ from ..validation import finite_rows
 
 __all__ = ["Clock", "find_clock"]
 
-SPAN = 0.3  # seconds over which motions are compared, or the next longer span between two poses
+SPAN = 1.0  # seconds over which motions are compared, or the next longer span between two poses
 LONGEST_SPAN = 2.0  # seconds
-STEP, MAX_STEPS = 0.05, 50_000  # seconds between offsets, and the most of them in the reference
+STEP, MAX_STEPS = 0.05, 50_000  # seconds between offsets, and the maximum in the reference
 N_MOTIONS, MIN_MOTIONS = 300, 20  # compared, evenly spread; fewer agree somewhere by chance
-BLOCKS = 10  # stretches of time, each left out for the standard error
+N_REFINED = 1000  # motions compared at the strongest offset
+BLOCKS = 20  # stretches of time, for standard errors
 TINY = 0.005  # seconds; a smaller offset is none
-N_REFINED = 1000  # motions compared at the best offset
+ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = 3.0  # median disagreements
-MIN_GAIN = 1.5  # D0 / D of an offset that is certain
+MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
+MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in standard errors
+# Standard errors: Student's t, which one of 1000 wrong offsets exceeds with a probability of 1 %.
+MIN_EVIDENCE = 5.6
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
 MAX_ERROR = 0.05  # seconds, of an offset that is certain
+ROUNDING = 1e-12
 NEAR = 0.5  # share of the strength down to which neighbouring offsets belong to the best one
 
 
@@ -40,15 +51,15 @@ class Clock:
 
     seconds: float
     error: float  # standard error in seconds
-    gain: float  # D0 / D, of the search
+    evidence: float  # standard errors by which D is below D0
     runner_up: float  # another offset, in seconds; NaN if there is none
     rival: float  # strength of the runner-up, relative to the best
-    what: str  # "rotation rates" or "speeds"
+    motions: str  # "rotation rates" or "speeds"
 
     @property
     def certain(self) -> bool:
-        """Whether no other offset fits nearly as well."""
-        alone = self.rival <= MAX_RIVAL and self.gain >= MIN_GAIN
+        """Whether the motions agree throughout, and at no other offset nearly as well."""
+        alone = self.rival <= MAX_RIVAL and self.evidence >= MIN_EVIDENCE
         return alone and self.error <= MAX_ERROR
 
     @property
@@ -64,47 +75,50 @@ def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:
     there are too few motions to compare, or they agree nowhere.
     """
     if not (_turns(reference) and _turns(estimate)):
-        return _found(reference, estimate, rotations=False)
-    clock = _found(reference, estimate, rotations=True)
+        return _search(reference, estimate, rotations=False)
+    clock = _search(reference, estimate, rotations=True)
     if clock is None or not clock.certain:
-        of_speeds = _found(reference, estimate, rotations=False)
+        of_speeds = _search(reference, estimate, rotations=False)
         clock = of_speeds if of_speeds and (clock is None or of_speeds.certain) else clock
     return clock
 
 
-def _found(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> Clock | None:
+def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> Clock | None:
     """Return the offset by rotation rates, or by speeds."""
     ref, est = _Path.of(reference, rotations), _Path.of(estimate, rotations)
-    second = np.searchsorted(est.stamps, est.stamps + SPAN)
-    first = np.flatnonzero(second < len(est.stamps))
-    first = first[est.stamps[second[first]] - est.stamps[first] <= LONGEST_SPAN]
-    if len(first) < MIN_MOTIONS or len(ref.stamps) < MIN_MOTIONS:
+    ends = np.searchsorted(est.stamps, est.stamps + SPAN)
+    starts = np.flatnonzero(ends < len(est.stamps))
+    starts = starts[est.stamps[ends[starts]] - est.stamps[starts] <= LONGEST_SPAN]
+    if len(starts) < MIN_MOTIONS or len(ref.stamps) < MIN_MOTIONS:
         return None
-    all_first = first[np.linspace(0, len(first) - 1, min(N_REFINED, len(first))).astype(int)]
-    first = first[np.linspace(0, len(first) - 1, min(N_MOTIONS, len(first))).astype(int)]
-    all_second, second = second[all_first], second[first]
-    starts, ends = est.stamps[first], est.stamps[second]
-    motions = est.motions(est.points[first], est.points[second])
-
+    motions, to_refine = (
+        _Motions.of(est, rows, ends[rows])
+        for rows in (_spread(starts, N_MOTIONS), _spread(starts, N_REFINED))
+    )
     step = max(STEP, (ref.stamps[-1] + est.stamps[-1]) / MAX_STEPS)
-    offsets, strength, gain = _strengths(ref, starts, ends, motions, step)
+    offsets, strength, unrelated = _strengths(ref, motions, step)
     best = int(np.argmax(strength))
     if not strength[best] > 0:
         return None
     low, high = _slope(strength[best::-1]), _slope(strength[best:])
-    others = np.append(offsets[: max(best - low, 0)], offsets[best + high + 1 :])
-    apart = np.append(strength[: max(best - low, 0)], strength[best + high + 1 :])
-    rival = float(np.max(apart, initial=0.0))
-    seconds, error = _refined(ref, est, all_first, all_second, float(offsets[best]), step)
+    others = np.r_[: max(best - low, 0), best + high + 1 : len(offsets)]
+    runner_up = others[np.argmax(strength[others])] if len(others) else best
+    rival = float(strength[runner_up]) if runner_up != best else 0.0
+    seconds, error = _refined(ref, to_refine, float(offsets[best]), step)
     moved = ref.start - est.start
     return Clock(
         seconds=moved + seconds,
         error=error,
-        gain=float(gain[best]),
-        runner_up=moved + float(others[np.argmax(apart)]) if rival > 0 else np.nan,
+        evidence=_evidence(ref, motions, float(offsets[best]), unrelated),
+        runner_up=moved + float(offsets[runner_up]) if rival > 0 else np.nan,
         rival=rival / float(strength[best]),
-        what="rotation rates" if rotations else "speeds",
+        motions="rotation rates" if rotations else "speeds",
     )
+
+
+def _spread(rows: Indices, n: int) -> Indices:
+    """Return at most n rows, evenly spread."""
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, min(n, len(rows))).astype(int)])
 
 
 def _turns(trajectory: Trajectory) -> bool:
@@ -160,16 +174,28 @@ class _Path:
             points /= np.linalg.norm(points, axis=-1, keepdims=True)
         return points, parts[1][1]
 
-    def motions(self, first: Floats, second: Floats) -> Floats:
+    def sizes(self, first: Floats, second: Floats) -> Floats:
         """Return the angles between points in radians, or the logarithms of their distances."""
         if self.rotations:
-            chord = np.minimum(
-                np.linalg.norm(second - first, axis=-1), np.linalg.norm(second + first, axis=-1)
-            )
-            return np.asarray(4 * np.arcsin(np.minimum(chord / 2, 1)))
+            return _angles(first, second)[:, 0]
         lengths = np.linalg.norm(second - first, axis=-1)
         floor = 0.1 * np.median(lengths[lengths > 0]) if (lengths > 0).any() else 1.0
         return np.asarray(np.log(lengths + floor))
+
+
+class _Motions(NamedTuple):
+    """Motions of an estimate: the times and points at which they start and end, and their sizes."""
+
+    starts: Floats
+    ends: Floats
+    first: Floats
+    second: Floats
+    sizes: Floats
+
+    @classmethod
+    def of(cls, path: _Path, starts: Indices, ends: Indices) -> "_Motions":
+        first, second = path.points[starts], path.points[ends]
+        return cls(path.stamps[starts], path.stamps[ends], first, second, path.sizes(first, second))
 
 
 def _slope(strength: Floats) -> int:
@@ -178,10 +204,9 @@ def _slope(strength: Floats) -> int:
     return below + int(np.argmax(np.append(np.diff(strength[below:]) > 0, True)))
 
 
-def _strengths(
-    ref: _Path, starts: Floats, ends: Floats, motions: Floats, step: float
-) -> tuple[Floats, Floats, Floats]:
-    """Return evenly spaced offsets, with the strength and D0 / D of each; D0 is the median D."""
+def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floats, float]:
+    """Return evenly spaced offsets, the strength of each, and D0, which is the median D."""
+    starts, ends, sizes_of_est = motions.starts, motions.ends, motions.sizes
     grid = np.asarray(step * np.arange(int(ref.stamps[-1] / step) + 1), np.float64)
     points, valid = ref.at(grid)
     first = np.round(starts / step).astype(int)
@@ -192,15 +217,15 @@ def _strengths(
     of_span = {}
     for span in np.unique(spans[spans < len(grid)]).tolist():
         both = valid[:-span] & valid[span:]
-        of_span[span] = ref.motions(points[:-span], points[span:]), both
+        of_span[span] = ref.sizes(points[:-span], points[span:]), both
     everywhere = np.concatenate([sizes[both] for sizes, both in of_span.values()])
     if not everywhere.size:
-        return np.zeros(1), np.zeros(1), np.ones(1)
+        return np.zeros(1), np.zeros(1), 0.0
     cap = float(
-        np.abs(np.median(everywhere) - motions).mean()
+        np.abs(np.median(everywhere) - sizes_of_est).mean()
         + np.abs(everywhere - np.median(everywhere)).mean()
     )
-    for row, span, size in zip(first.tolist(), spans.tolist(), motions.tolist(), strict=True):
+    for row, span, size in zip(first.tolist(), spans.tolist(), sizes_of_est.tolist(), strict=True):
         if span in of_span:
             sizes, both = of_span[span]
             where = slice(n_before - row, n_before - row + len(sizes))
@@ -215,45 +240,128 @@ def _strengths(
         left = mean if ref.rotations else np.sqrt(np.maximum(squares / n - mean**2, 0))
     enough = n >= MIN_MOTIONS
     if not enough.any():
-        return np.zeros(1), np.zeros(1), np.ones(1)
-    usual = float(np.median(left[n >= min(len(motions) / 2, n.max())]))
+        return np.zeros(1), np.zeros(1), 0.0
+    usual = float(np.median(left[n >= min(len(sizes_of_est) / 2, n.max())]))
     floor = 1e-6 * usual + 1e-12
     gain = np.where(enough, (usual + floor) / (np.where(enough, left, 1) + floor), 1)
     offsets = step * np.arange(-n_before, len(grid), dtype=np.float64)
-    return offsets, n * np.log(gain), gain
+    return offsets, n * np.log(gain), usual
 
 
-def _refined(
-    ref: _Path, est: _Path, first: Indices, second: Indices, offset: float, step: float
-) -> tuple[float, float]:
+def _evidence(ref: _Path, motions: _Motions, offset: float, unrelated: float) -> float:
+    """Return by how many standard errors motions agree better than unrelated ones at an offset.
+
+    The standard error comes from the means over stretches of time, in which motions are alike.
+    """
+    (first, first_known), (second, second_known) = (
+        ref.at(motions.starts + offset),
+        ref.at(motions.ends + offset),
+    )
+    known = first_known & second_known
+    if not known.any():
+        return 0.0
+    difference = ref.sizes(first, second) - motions.sizes
+    if not ref.rotations:
+        difference -= difference[known].mean()
+    usual = unrelated if ref.rotations else unrelated**2
+    left = np.abs(difference) if ref.rotations else difference**2
+    gain = np.where(known, usual - np.minimum(left, 2 * usual), 0)
+    means = np.array([part.mean() for part in np.array_split(gain, BLOCKS)])
+    return float(means.mean() / (means.std(ddof=1) / np.sqrt(BLOCKS) + ROUNDING))
+
+
+_Vectors = Callable[[Floats, Floats], Floats]  # of motions, from points (n, 4) or (n, 3) to others
+
+
+def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple[float, float]:
     """Return an offset by least squares on the inliers, and its standard error.
 
-    The standard error comes from a jackknife over stretches of time, since errors of neighbouring
-    motions are alike. Displacements are compared as vectors, after the similarity that fits them.
+    Displacements and rotations are compared as vectors, after the similarity that fits them. The
+    rotation from one pose to the next is that in the frame of the camera, for inverted poses that
+    in the coordinate frame. Where poses are mixed up otherwise, only angles agree. These are larger
+    by noise, and count only if they are far more precise.
     """
-    starts, ends = est.stamps[first], est.stamps[second]
-    motions = est.motions(est.points[first], est.points[second])
-    moves = est.points[second] - est.points[first]
+    if not ref.rotations:
+        return _least_squares(_Comparison(ref, motions, np.subtract, np.subtract), offset, step)
+    vectors = [
+        _Comparison(ref, motions, *pair)
+        for pair in ((_in_camera, _in_camera), (_in_camera, _in_frame), (_in_frame, _in_camera))
+    ]
+    best = min(vectors, key=lambda comparison: comparison.left(offset))
+    by_vectors = _least_squares(best, offset, step)
+    by_angles = _least_squares(_Comparison(ref, motions, _angles, _angles), offset, step)
+    return by_angles if by_vectors[1] > MIXED_UP * by_angles[1] else by_vectors
 
-    def differences(at: float) -> tuple[Floats, Booleans]:
-        (begin, begin_known), (end, end_known) = ref.smoothed(starts + at), ref.smoothed(ends + at)
-        valid = begin_known & end_known
-        if ref.rotations:
-            return np.where(valid, ref.motions(begin, end) - motions, 0)[:, None], valid
-        return np.where(valid[:, None], _fitted(moves, end - begin, valid) - moves, 0), valid
 
-    def left(at: float) -> float:
-        difference, valid = differences(at)
-        return float(np.linalg.norm(difference[valid], axis=1).mean()) if valid.any() else np.inf
+@dataclass(frozen=True, eq=False)
+class _Comparison:
+    """Motions of a reference and of an estimate, each as vectors of some kind."""
 
-    near = offset + step * np.linspace(-1, 1, 11)
-    offset, error = float(near[np.argmin([left(at) for at in near])]), np.inf
-    h = 0.1 * step
-    for _ in range(5):
-        difference, usable = differences(offset)
-        (later, also), (earlier, too) = differences(offset + h), differences(offset - h)
+    ref: _Path
+    motions: _Motions
+    of_ref: _Vectors
+    of_est: _Vectors
+
+    def at(self, offset: float) -> tuple[Floats, Booleans]:
+        """Return the differences at an offset, and which of them are known."""
+        first, first_known = self.ref.smoothed(self.motions.starts + offset)
+        second, second_known = self.ref.smoothed(self.motions.ends + offset)
+        known = first_known & second_known
+        true = self.of_ref(first, second)
+        moves = self.of_est(self.motions.first, self.motions.second)
+        if moves.shape[1] == 3 and known.any():
+            true = _aligned(moves, true, known)
+        return np.where(known[:, None], true - moves, 0), known
+
+    def left(self, offset: float) -> float:
+        """Return the mean size of the differences at an offset."""
+        difference, known = self.at(offset)
+        return float(np.linalg.norm(difference[known], axis=1).mean()) if known.any() else np.inf
+
+
+def _angles(first: Floats, second: Floats) -> Floats:
+    """Return the angles between unit quaternions in radians, (n, 1)."""
+    chord = np.minimum(
+        np.linalg.norm(second - first, axis=-1), np.linalg.norm(second + first, axis=-1)
+    )
+    return np.asarray(4 * np.arcsin(np.minimum(chord / 2, 1)))[:, None]
+
+
+def _in_camera(first: Floats, second: Floats) -> Floats:
+    """Return the axes of rotations in the frame of the first camera, 2 sin(angle / 2) long."""
+    return _axes(first, second, -1.0)
+
+
+def _in_frame(first: Floats, second: Floats) -> Floats:
+    """Return the axes of rotations in the coordinate frame, 2 sin(angle / 2) long."""
+    return _axes(first, second, 1.0)
+
+
+def _axes(first: Floats, second: Floats, sign: float) -> Floats:
+    """Return twice the imaginary part of q1* q2 for a sign of -1, and of q2 q1* for 1."""
+    crossed = sign * np.cross(first[:, :3], second[:, :3])
+    imaginary = first[:, 3:] * second[:, :3] - second[:, 3:] * first[:, :3] + crossed
+    real = (first * second).sum(axis=1, keepdims=True)
+    return np.where(real < 0, -2, 2) * imaginary
+
+
+def _least_squares(comparison: _Comparison, offset: float, step: float) -> tuple[float, float]:
+    """Return the offset next to one that minimises squared differences, and its standard error.
+
+    The standard error comes from a jackknife over stretches of time, since errors of neighbouring
+    motions are alike. It is infinite where there is no minimum within a step.
+    """
+    near = offset + step * np.linspace(-1, 1, 5)
+    start = float(near[np.argmin([comparison.left(at) for at in near])])
+    offset, h = start, 0.1 * step
+    for _ in range(MAX_ITERATIONS):
+        difference, usable = comparison.at(offset)
+        (later, later_known), (earlier, earlier_known) = (
+            comparison.at(offset + h),
+            comparison.at(offset - h),
+        )
         sizes = np.linalg.norm(difference, axis=1)
-        usable &= also & too
+        usable &= later_known & earlier_known
         rows = np.flatnonzero(usable & (sizes <= OUTLIER * np.median(sizes[usable])))
         slopes = (later - earlier)[rows] / (2 * h)
         blocks = np.arange(len(rows)) * BLOCKS // max(len(rows), 1)
@@ -261,20 +369,37 @@ def _refined(
         squares = np.bincount(blocks, (slopes**2).sum(axis=1), BLOCKS)
         if not (squares.sum() - squares > 0).all():
             return offset, np.inf
-        offset -= float(np.clip(moments.sum() / squares.sum(), -step / 2, step / 2))
+        change = float(np.clip(moments.sum() / squares.sum(), -step / 2, step / 2))
+        offset -= change
         others = (moments.sum() - moments) / (squares.sum() - squares)
         error = float(np.sqrt((BLOCKS - 1) * np.var(others)))
-    return offset, error
+        if abs(offset - start) > step:
+            return offset, np.inf
+        if abs(change) <= CONVERGED * error:
+            break
+    return offset, max(error, abs(change))  # outliers that come and go leave the last change
 
 
-def _fitted(moves: Floats, true: Floats, valid: Booleans) -> Floats:
-    """Return true displacements, rotated and scaled to those of an estimate; without outliers."""
-    rows = np.flatnonzero(valid)
+def _aligned(moves: Floats, true: Floats, known: Booleans) -> Floats:
+    """Return true vectors, rotated and scaled to those of an estimate in each stretch of time.
+
+    A single alignment would take the drift of an estimate for an offset.
+    """
+    rows = np.flatnonzero(known)
+    aligned = true.copy()
+    for part in np.array_split(rows, np.clip(len(rows) // MIN_MOTIONS, 1, ALIGNMENTS)):
+        aligned[part] = _fitted(moves[part], true[part])
+    return aligned
+
+
+def _fitted(moves: Floats, true: Floats) -> Floats:
+    """Return true vectors, rotated and scaled to those of an estimate; without outliers."""
+    rows = np.arange(len(true))
     for _ in range(3):
         u, sizes, vt = np.linalg.svd(moves[rows].T @ true[rows])
         sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
         scale = (sizes * sign).sum() / max((true[rows] ** 2).sum(), np.finfo(float).tiny)
         fitted = scale * true @ (u * sign @ vt).T
         off = np.linalg.norm(fitted - moves, axis=1)
-        rows = np.flatnonzero(valid & (off <= OUTLIER * np.median(off[valid])))
+        rows = np.flatnonzero(off <= OUTLIER * np.median(off))
     return np.asarray(fitted)

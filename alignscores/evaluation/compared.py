@@ -12,13 +12,15 @@ from ..io import Trajectory
 from ..pose import PASResult, pas
 from ..registration import Registration
 from ..registration import pcr99 as pcr99_of_all
+from ..rotation import RASResult
 from ..similarity import Similarity
 from ..thresholds import tas_distance, too_few_cameras
-from ..translation import tas
+from ..translation import TASResult, tas
 from ..validation import AlignmentWarning
 from .clock import Clock, find_clock
+from .conventions import find_convention, rotate_cameras
 from .evaluation import Note
-from .hints import Scored, find_convention, rotate_cameras
+from .hints import Scored
 from .lever import LeverArm, find_lever_arm, with_lever_arm
 from .match import Matches, check_scorable, match, no_clock, poses_of_rows, with_stamps_of_sparse
 from .settings import Settings
@@ -47,8 +49,18 @@ class Compared:
     def scored(self) -> Scored:
         """The PAS, or the TAS without rotations, with every pose that has a reference."""
         result, matches = self.result, self.matches
-        value = result.score if matches.has_rotations else result.tas.score
-        return Scored(value, matches.pose_references, self.estimate.poses[matches.pose_rows])
+        value, frames = result.tas.score, _of_frames(result.tas)
+        if matches.has_rotations:
+            value = result.score
+            frames = result.weight * frames + (1 - result.weight) * _of_frames(result.ras)
+        poses = self.estimate.poses[matches.pose_rows]
+        return Scored(value, frames, matches.pose_references, poses)
+
+
+def _of_frames(result: TASResult | RASResult) -> Floats:
+    """Return the share of the thresholds that each frame is below: their mean is the score."""
+    reached = np.searchsorted(result.thresholds, result.errors, side="right")
+    return np.asarray(1 - reached / len(result.thresholds))
 
 
 def compared(
@@ -162,7 +174,7 @@ def _corrected(
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
         convention = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
-        if not convention.kind:
+        if not convention.mistake:
             body_rotation = convention.body_rotation
     poses = rotate_cameras(estimate.poses, body_rotation)
     return estimate._replace(poses=poses), lever_arm, body_rotation

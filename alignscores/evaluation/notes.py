@@ -12,8 +12,8 @@ from ..averaging import rotation_angles
 from ..io import TrajectoryWarning
 from ..texts import printable
 from ..validation import AlignmentWarning
+from .conventions import describe_rotation
 from .evaluation import Evaluation, Hint, Note
-from .hints import describe_rotation
 from .rigs import clumps
 from .settings import Settings
 from .time import is_near

@@ -14,7 +14,8 @@ x, y, z or w, or ends in one, makes it a coordinate.
 - Number of the frame: one of `NUMBERS`. Name of the image: one of `NAMES`.
 
 One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
-header with two positions, rotations or clocks is refused with the choices.
+header with two positions, rotations or clocks is refused with the choices; so is one whose
+positions have other words, as in ``vicon_x`` and ``slam_x``.
 """
 
 import re
@@ -97,6 +98,7 @@ def _of_header(table: Table) -> list[str]:
     for line in reversed(table.above):
         words = _words(line)
         names = _complete([_what(word) for word in words])
+        _check_owners(words, names, table)
         if "x" in names and len(names) <= width:
             table.header = words
             return _unambiguous(words, names, table)
@@ -114,15 +116,37 @@ def _of_header(table: Table) -> list[str]:
     return []
 
 
+def _check_owners(words: Sequence[str], names: Sequence[str], table: Table) -> None:
+    """Refuse a header with several positions whose owners may be anyone, as of two systems.
+
+    A position without an owner is the one that counts.
+    """
+    if any(name == "x" and not _owner(word) for name, word in zip(names, words, strict=True)):
+        return
+    anyone = _complete([_what(word, anyone=True) for word in words])
+    if anyone.count("x") > 1 and len(anyone) <= len(table.first):
+        _unambiguous(words, anyone, table, anyone=True)
+
+
+def _owner(word: str, anyone: bool = False) -> str:
+    """Return the words of a name that say whose column it is."""
+    words = re.findall("[a-z]+", word)
+    known = {*"wxyz", *POSITIONS, *ORIENTATIONS, *VECTORS, "m", "meters", "metres"}
+    known |= {f"{part}{axis}" for part in (*POSITIONS, *ORIENTATIONS, "r") for axis in "wxyz"}
+    return " ".join(sorted({*words} - known if anyone else OWNERS & {*words}))
+
+
 def _words(header: str) -> list[str]:
     """Return the names in a header."""
     text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lower().lstrip("#%/ \t"))  # x [m]
     return text.replace(";", ",").split("," if "," in text or ";" in text else None)
 
 
-def _unambiguous(words: Sequence[str], names: Sequence[str], table: Table) -> list[str]:
+def _unambiguous(
+    words: Sequence[str], names: Sequence[str], table: Table, anyone: bool = False
+) -> list[str]:
     """Return the columns of one position, rotation and clock; refuse several with the choices."""
-    poses, clocks = _poses(words, names), _clocks(words, names)
+    poses, clocks = _poses(words, names, anyone), _clocks(words, names)
     keys = [
         next((i for i, name in enumerate(names) if name == key and is_key(table.first[i])), None)
         for key, is_key in (("n", is_number), ("name", lambda field: not is_number(field)))
@@ -140,13 +164,13 @@ def _unambiguous(words: Sequence[str], names: Sequence[str], table: Table) -> li
     raise FileError(table.path, f"{reason} {alternatives}")
 
 
-def _poses(words: Sequence[str], names: Sequence[str]) -> list[list[int]]:
+def _poses(words: Sequence[str], names: Sequence[str], anyone: bool) -> list[list[int]]:
     """Return the columns of each position with its rotation, if there is one.
 
     Both have the same owner; a rotation without an owner belongs to the only position.
     """
     parts = POSITION, QUATERNION, VECTOR, ROTATION, LAST_ROW
-    owners = [" ".join(sorted(OWNERS & {*re.findall("[a-z]+", word)})) for word in words]
+    owners = [_owner(word, anyone) for word in words]
     keys = list(zip(names, owners, strict=True))
     # The columns of a part with one owner, the first, the second ...
     groups: Groups = defaultdict(list)
@@ -198,8 +222,8 @@ def _by_width(table: Table) -> list[str]:
     return []
 
 
-def _what(text: str) -> str:
-    """Return what a column with this name holds."""
+def _what(text: str, anyone: bool = False) -> str:
+    """Return what a column with this name holds, whose owner may be anyone."""
     words = re.findall(r"[a-z]+\d*", text.lower())
     if len(words) > 1 and words[-1] in ("m", "meters", "metres"):
         words.pop()
@@ -208,7 +232,7 @@ def _what(text: str) -> str:
     for word in reversed(words):
         axis = re.fullmatch("([a-z]*)([wxyz])", word)
         if axis and axis[1] in {"", "r", *POSITIONS, *ORIENTATIONS, *VECTORS, *OWNERS}:
-            return _coordinate(axis[2], {axis[1]} - {""}, {*words} - {word})
+            return _coordinate(axis[2], {axis[1]} - {""}, {*words} - {word}, anyone)
     last = words[-1]
     unit = re.fullmatch("(|m|milli|u|micro|n|nano)s(ec(ond)?s?)?", last)
     if TIMES & {*words} or (unit and len(last) > 2):  # sec, nsec
@@ -220,7 +244,7 @@ def _what(text: str) -> str:
     return last if last in ROTATION + LAST_ROW else "-"
 
 
-def _coordinate(axis: str, prefix: set[str], others: set[str]) -> str:
+def _coordinate(axis: str, prefix: set[str], others: set[str], anyone: bool) -> str:
     """Return what a coordinate belongs to, by the letters before its axis or the other words."""
     qualifiers = prefix or others
     if OTHERS & (prefix | others):
@@ -231,7 +255,7 @@ def _coordinate(axis: str, prefix: set[str], others: set[str]) -> str:
         return "-"
     if qualifiers & VECTORS or prefix == {"r"}:
         return f"r{axis}"
-    return axis if qualifiers & {*POSITIONS, *OWNERS} or not qualifiers else "-"
+    return axis if anyone or qualifiers & {*POSITIONS, *OWNERS} or not qualifiers else "-"
 
 
 def _complete(names: Sequence[str]) -> list[str]:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats
+from ..evaluation.conventions import rotate_cameras
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.hints import rotate_cameras
 from ..evaluation.lever import with_lever_arm
 from ..extras import require
 from ..io import Trajectory

@@ -145,3 +145,47 @@ def test_speeds_show_what_rotations_leave_open():
     noisy.poses[:, :3, :3] = turns.as_matrix()
     added, _ = offset(truth, noisy)
     assert added == pytest.approx(-3.2, abs=0.02)
+
+
+def test_noise_of_keyframes_moves_an_offset_by_no_more_than_its_error_says():
+    """Noise enlarges the angles between poses, but not in a direction: vectors show that."""
+    off, errors = [], []
+    for seed in range(8):
+        rng, truth = np.random.default_rng([seed, 1]), walk(seed)
+        steps = rng.integers(3, 24, 200)
+        rows = np.cumsum(steps)[np.cumsum(steps) < len(TIMES)]
+        noise = Rotation.from_rotvec(rng.normal(0, 0.05, (len(rows), 3))).as_matrix()
+        poses = truth.poses[rows].copy()
+        poses[:, :3, :3] = noise @ poses[:, :3, :3]
+        added, (note,) = offset(truth, Trajectory(truth.keys[rows] + 7.3, poses))
+        off.append(abs(added + 7.3))
+        errors.append(float(note.split("standard error ")[1].split()[0]))
+    assert (np.array(off) <= np.maximum(0.005, 3.5 * np.array(errors))).all()
+    assert np.median(off) < 0.005
+
+
+@pytest.mark.parametrize("span", [6, 15, 60])  # seconds
+def test_unrelated_motions_have_no_certain_offset(span):
+    """However well one of many offsets happens to fit for a while."""
+    for seed in range(10):
+        n = 20 * span
+        reference, other = walk(seed), disturbed(walk(seed + 100), 0)
+        estimate = Trajectory(other.keys[:n] + 5000, other.poses[:n])
+        with pytest.raises(ValueError, match="no time offset makes its motions"):
+            evaluate(reference, estimate, t_offset="auto")
+
+
+def test_drift_of_the_heading_is_not_taken_for_an_offset():
+    """Around an object both turn displacements; positions only, which do not say which it is."""
+    for seed in (1, 7):
+        rng = np.random.default_rng(seed)
+        phases = rng.uniform(0, 6, 3)
+        angle = 3 * np.sin(0.25 * TIMES + phases[0]) + np.sin(0.6 * TIMES + phases[1])
+        height = 0.4 * np.sin(0.5 * TIMES + phases[2])
+        path = np.transpose([4 * np.cos(angle), 4 * np.sin(angle), height])
+        drift = Rotation.from_rotvec(np.outer(TIMES / 60, [0, 0, 0.3]))
+        files = [np.tile(np.eye(4), (len(TIMES), 1, 1)) for _ in range(2)]
+        files[0][:, :3, 3] = path
+        files[1][:, :3, 3] = drift.apply(path) + rng.normal(0, 0.02, path.shape)
+        added, _ = offset(Trajectory(TIMES, files[0]), Trajectory(TIMES + 2, files[1]))
+        assert added == pytest.approx(-2, abs=0.012)

@@ -281,3 +281,38 @@ def test_mirrored_poses_on_a_plane_differ_from_another_camera_frame():
     est[:, :3, 3] = est[:, :3, 3] @ mirror
     est[:, :3, :3] = mirror @ est[:, :3, :3] @ mirror
     assert notes_on_conventions(gt, est).keys() == {"mirrored"}
+
+
+@pytest.mark.parametrize("degrees", [3, 6, 9])
+def test_axes_that_are_a_few_degrees_off_are_inaccuracy(motion, degrees):
+    """Not transposed rotations, nor the order of quaternions, of both files."""
+    for seed in range(3):
+        rng = np.random.default_rng([seed, degrees])
+        gt = reference(motion, 200, rng)
+        axis = rng.normal(size=3)
+        turn = Rotation.from_rotvec(degrees * axis / np.linalg.norm(axis), degrees=True)
+        noise = Rotation.from_rotvec(rng.normal(0, 1, (200, 3)), degrees=True)
+        est = make_poses(noise.as_matrix() @ gt[:, :3, :3] @ turn.as_matrix(), gt[:, :3, 3])
+        est[:, :3, 3] += rng.normal(0, 0.1, (200, 3))
+        assert notes_on_conventions(gt, est) == {}
+
+
+def test_mirrored_positions_of_a_poor_estimate_are_named():
+    """What they cost is small, but beyond chance."""
+    rng = np.random.default_rng(4)
+    gt = reference("wandering", 400, rng)
+    est = estimate(gt, rng, sigma_t=0.9)
+    assert notes_on_conventions(gt, est) == {}
+    est[:, 2, 3] *= -1
+    assert set(notes_on_conventions(gt, est)) == {"mirrored"}
+
+
+def test_a_mirror_that_fits_as_well_as_another_camera_frame_is_said():
+    """On a plane both are the same."""
+    rng = np.random.default_rng(2)
+    gt = reference("vehicle", 200, rng)
+    est = estimate(gt, rng, sigma_t=0.0)
+    flipped = in_frame(est, OPENGL)
+    notes = evaluate(Trajectory(np.arange(200) / 10, gt), Trajectory(np.arange(200) / 10, flipped))
+    (hint,) = [note for note in notes.notes if note.kind == "frame"]
+    assert "or two axes of a file are swapped or mirrored" in hint.remedy

@@ -304,3 +304,20 @@ def test_noisy_positions_far_from_the_origin_are_no_motions(sigma):
     stamps = np.arange(80) / 10
     evaluation = evaluate(Trajectory(stamps, gt), Trajectory(stamps, est))
     assert "increments" not in {note.kind for note in evaluation.notes}
+
+
+def test_a_unit_of_time_shows_in_the_durations_of_both_files():
+    """At 300 Hz steps in milliseconds are those of a camera, too."""
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    estimate = disturbed(truth, rng)
+    with pytest.raises(ValueError, match="seem to be ms in the estimate"):
+        evaluate(Trajectory(times / 15, truth), Trajectory(times / 15 * 1e3, estimate))
+
+
+def test_units_and_clocks_that_differ_both_are_named_together():
+    rng = np.random.default_rng(9)
+    times, truth = winding(rng)
+    reference = Trajectory(times * 1e3, truth)
+    with pytest.raises(ValueError, match=r"seem to be ms in the reference.* offset of -17\d+\.\d"):
+        evaluate(reference, Trajectory(1.7e9 + times, disturbed(truth, rng)))

@@ -62,6 +62,11 @@ TWO = {  # headers with two poses, and the columns that choose each
     "timestamp,ref_x,ref_y,ref_z,x,y,z": ("t - - - x y z", "t x y z - - -"),
     "timestamp,ref_tx,ref_ty,ref_tz,tx,ty,tz": ("t - - - x y z", "t x y z - - -"),
     "t,x,y,z,x,y,z": ("t x y z - - -", "t - - - x y z"),
+    "t,groundtruth.x,groundtruth.y,groundtruth.z,prediction.x,prediction.y,prediction.z": (
+        "t x y z - - -",
+        "t - - - x y z",
+    ),
+    "time,vicon_px,vicon_py,vicon_pz,slam_px,slam_py,slam_pz": ("t x y z - - -", "t - - - x y z"),
 }
 
 

@@ -3,6 +3,7 @@
 Files that are wrong in some way are in cli/test_wrong_input.py, hostile ones in test_bounds.py.
 """
 
+import gzip
 import json
 import shutil
 
@@ -267,3 +268,11 @@ def test_arrays_that_are_no_trajectory(tmp_path, arrays, reason):
     np.savez(path, **arrays)
     with pytest.raises(FileError, match=f"x.npz{reason}"):
         read_arrays(path)
+
+
+def test_a_compressed_file_is_said_to_be_one(tmp_path):
+    text = b"0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n"
+    path = tmp_path / "est.txt.gz"
+    path.write_bytes(gzip.compress(text))
+    with pytest.raises(FileError, match=r"est.txt.gz: is compressed; unpack it"):
+        read_tum(path)

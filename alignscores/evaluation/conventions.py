@@ -1,0 +1,320 @@
+"""The convention under which estimated poses fit their reference: a mistake in either file.
+
+With R_i, R̂_i the camera-to-world rotations and Q the rotation between the frames:
+
+- *another camera frame*: R̂_i ≈ Q R_i B with one constant B, a swap of axes or any rotation.
+- *world-to-camera*: the same for inverted poses of either file, whose positions fit better, too.
+- *inverted rotations* with true positions: the same for the transposed rotations of one file.
+- *quaternions with w at the wrong end*: the same for the rotations in true order.
+
+Which file is mixed up shows in B, which is the identity only if the right one is corrected, and in
+Q, which is then the rotation that aligns the positions. The RAS measures how well rotations fit. A
+B of a few degrees is inaccuracy, which no mistake has to explain.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Floats
+from ..averaging import (
+    angles_and_axes,
+    project_to_rotation,
+    rotation_angles,
+    rotation_from_vector,
+    rotations_from_quaternions,
+    tlud_mean,
+)
+from ..io import inverse_poses
+from ..registration import pcr99
+from ..validation import finite_rows
+
+__all__ = ["BOTH", "CORRECTIONS", "EST", "MIN_CAMERAS", "NEAR_DEG", "REF", "SAMPLE", "W_FIRST"]
+__all__ += ["W_LAST", "Convention", "describe_rotation", "find_convention", "fit_positions"]
+__all__ += ["is_common", "rotate_cameras"]
+
+NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
+MIN_CAMERAS = 10  # fewer fit some rotation by chance
+SAMPLE = 300  # cameras looked at
+STEPS = 5  # in which B and Q are refined in turn
+EQUAL = 0.02  # difference of the RAS of conventions that fit equally well
+MIN_GAIN = 0.1  # of the RAS under a convention
+MAX_MISFIT = 0.15  # of positions that fit, relative to their extent
+CONSISTENT_DEG = 20.0  # between the alignments of positions and rotations
+BODY, CAMERA = "x forward, y left, z up", "x right, y down, z forward"
+OF_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+COMMON = {  # common conventions of camera axes: B, and its name
+    "none": np.eye(3),
+    "180 deg about x, as OpenGL's camera axes to OpenCV's": np.diag([1.0, -1.0, -1.0]),
+    f"as a frame with {BODY} to a camera with {CAMERA}": OF_BODY,
+    f"as a camera with {CAMERA} to a frame with {BODY}": OF_BODY.T,
+}
+INVERTED, INVERTED_ROTATIONS = "inverted", "inverted rotations"
+W_FIRST, W_LAST = "qw qx qy qz", "qx qy qz qw"
+REF, EST, BOTH = "reference", "estimate", "both"
+
+
+@dataclass(frozen=True, eq=False)
+class Convention:
+    """The convention under which an estimate fits its reference; all is empty if there is none."""
+
+    mistake: str = ""  # INVERTED, INVERTED_ROTATIONS, or the true order of quaternions
+    side: str = ""  # the file that has it: REF, EST, BOTH
+    body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
+    is_ambiguous: bool = False  # whether the other file may as well be the one
+
+
+def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
+    """Find the convention under which the finite ones of estimated poses fit their reference.
+
+    It is reported if it raises the RAS by 0.1, or where rotations and positions do not have the
+    same alignment by 0.3 or half of what is missing to 1: noise, lost cameras or drift fit under
+    none so much better. Where both are inverted, their rotations may agree; then their positions
+    show it.
+    """
+    estimated = np.flatnonzero(finite_rows(est_poses))
+    n = len(estimated)
+    if n < MIN_CAMERAS:
+        return Convention()
+    rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
+    gt, est = gt_poses[rows], est_poses[rows]
+    positions = fit_positions(gt, est)
+    inverted = _inverted(gt, est, positions.misfit)
+    original = _Pair("", "", gt, est, positions.rotation)
+    ras_now = _ras_as_it_is(original)
+    min_ras, min_ras_inconsistent = ras_now + MIN_GAIN, ras_now + min(0.3, (1 - ras_now) / 2)
+    if any(pair.side == BOTH for pair in inverted) and _step(inverse_poses(gt)) < _step(gt):
+        min_ras = min_ras_inconsistent = _ras(gt, est, np.eye(3))[0] - EQUAL
+    elif min_ras > 1:
+        return Convention()
+    fits = [_fit(pair, axes) for pair, axes in _candidates(original, inverted)]
+    better = [
+        fit for fit in fits if fit.ras >= (min_ras if fit.is_consistent else min_ras_inconsistent)
+    ]
+    better = [fit for fit in better if fit.is_consistent] or better
+    if not better:
+        return Convention()
+    highest = max(fit.ras for fit in better)
+    best, *others = [fit for fit in better if fit.ras > highest - EQUAL]
+    is_none = rotation_angles(best.body[None])[0] <= NEAR_DEG
+    is_ambiguous = any(
+        {best.side, fit.side} == {EST, REF} and np.allclose(fit.body, best.body, atol=1e-6)
+        for fit in others
+    )
+    return Convention(best.mistake, best.side, None if is_none else best.body, is_ambiguous)
+
+
+class _Pair(NamedTuple):
+    """Both trajectories without a mistake, and the rotation between their positions."""
+
+    mistake: str
+    side: str
+    gt: Floats
+    est: Floats
+    rotation: Floats | None
+
+
+class _Candidate(NamedTuple):
+    """How well rotations fit without a mistake, and with B."""
+
+    ras: float
+    is_consistent: bool  # whether rotations and positions have the same alignment
+    mistake: str
+    side: str
+    body: Floats
+
+
+def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
+    """Return how well rotations fit with these axes of the cameras, None for any."""
+    body = _fitted_frame(pair.gt, pair.est, pair.rotation) if axes is None else axes
+    ras, frame = _ras(pair.gt, pair.est, body)
+    apart = np.inf
+    if pair.rotation is not None:
+        apart = rotation_angles((pair.rotation.T @ frame)[None])[0]
+    return _Candidate(ras, bool(apart <= CONSISTENT_DEG), pair.mistake, pair.side, body)
+
+
+def _candidates(original: _Pair, inverted: list[_Pair]) -> Iterator[tuple[_Pair, Floats | None]]:
+    """Yield both trajectories, and B (None: any), the likeliest first.
+
+    Where inverted poses fit better, only they are candidates.
+    """
+    none, *swaps = COMMON.values()
+    inputs = inverted or [original]
+    yield from ((pair, axes) for axes in (none, *swaps) for pair in inputs)
+    if not inverted:
+        # Both files transposed are B on the other side: what a few degrees of B would pass for.
+        transposed, w_first, w_last = (
+            [
+                _Pair(mistake, side, gt, est, original.rotation)
+                for side, gt, est in _of_sides(original.gt, original.est, CORRECTIONS[mistake])
+                if (mistake, side) != (INVERTED_ROTATIONS, BOTH)
+            ]
+            for mistake in (INVERTED_ROTATIONS, W_FIRST, W_LAST)
+        )
+        yield from ((pair, none) for pair in (*transposed, *w_first, *w_last))
+        yield from ((pair, axes) for axes in swaps for pair in transposed)
+    yield from ((pair, None) for pair in inputs)
+
+
+def _ras_as_it_is(pair: _Pair) -> float:
+    """Return the RAS of cameras whose axes are the same, or off by no more than inaccuracy."""
+    body = _rotation_between_cameras(pair.gt, pair.est, pair.rotation)
+    angles, axes = angles_and_axes(body[None])
+    near = _fit(pair, rotation_from_vector(min(angles[0], np.radians(NEAR_DEG)) * axes[:, 0]))
+    as_it_is = _fit(pair, np.eye(3)).ras
+    return max(as_it_is, near.ras) if near.is_consistent or pair.rotation is None else as_it_is
+
+
+def _inverted(gt: Floats, est: Floats, misfit: float) -> list[_Pair]:
+    """Return inverted poses of either file, or of both, whose positions fit much better.
+
+    In the coordinates of the camera all that is far away moves as the camera turns. Where that path
+    has the larger steps, and positions fit as they are, they are the true ones.
+    """
+    pairs = []
+    for side, true, poses in _of_sides(gt, est, inverse_poses):
+        if side == BOTH and misfit < MAX_MISFIT and _step(true) > _step(gt):
+            continue
+        fit = fit_positions(true, poses)
+        if fit.misfit < min(MAX_MISFIT, misfit / 3):
+            pairs.append(_Pair(INVERTED, side, true, poses, fit.rotation))
+    return pairs
+
+
+def _step(poses: Floats) -> float:
+    """Return the median distance between successive positions."""
+    return float(np.median(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)))
+
+
+def _of_sides(
+    gt: Floats, est: Floats, change: Callable[[Floats], Floats]
+) -> list[tuple[str, Floats, Floats]]:
+    """Return a change of either trajectory, and of both."""
+    return [(EST, gt, change(est)), (REF, change(gt), est), (BOTH, change(gt), change(est))]
+
+
+def _transposed(poses: Floats) -> Floats:
+    changed = poses.copy()
+    changed[:, :3, :3] = poses[:, :3, :3].swapaxes(1, 2)
+    return changed
+
+
+def _reordered(poses: Floats, shift: int) -> Floats:
+    """Return poses whose quaternions, w last, are shifted by so many parts."""
+    angles, axes = angles_and_axes(poses[:, :3, :3])
+    quaternions = np.vstack([np.sin(angles / 2) * axes, np.cos(angles / 2)]).T
+    changed = poses.copy()
+    changed[:, :3, :3] = rotations_from_quaternions(np.roll(quaternions, shift, axis=1))
+    return changed
+
+
+CORRECTIONS: dict[str, Callable[[Floats], Floats]] = {  # what corrects a mistake
+    INVERTED: inverse_poses,
+    INVERTED_ROTATIONS: _transposed,
+    W_FIRST: partial(_reordered, shift=-1),
+    W_LAST: partial(_reordered, shift=1),
+}
+
+
+def rotate_cameras(est_poses: Floats, body_rotation: Floats | None) -> Floats:
+    """Return estimated poses (n, 4, 4) with the reference's camera axes: R̂_i Bᵀ."""
+    if body_rotation is None:
+        return est_poses
+    rotated = est_poses.copy()
+    rotated[:, :3, :3] = est_poses[:, :3, :3] @ body_rotation.T
+    return rotated
+
+
+def is_common(rotation: Floats) -> bool:
+    """Return whether a rotation of the camera frame is between common conventions."""
+    return any(bool((rotation == axes).all()) for axes in COMMON.values())
+
+
+def describe_rotation(rotation: Floats) -> str:
+    """Return a rotation of the camera frame in words."""
+    for name, axes in COMMON.items():
+        if np.allclose(rotation, axes):
+            return name
+    angles, axes = angles_and_axes(rotation[None])
+    axis = ", ".join(f"{part:z.2f}" for part in axes[:, 0])
+    return f"{np.degrees(angles[0]):.1f} deg about ({axis})"
+
+
+def _fitted_frame(gt_poses: Floats, est_poses: Floats, positions: Floats | None) -> Floats:
+    """Return the constant B with R̂_i ≈ Q R_i B; near a common one the latter.
+
+    What is between them is inaccuracy.
+    """
+    body = _rotation_between_cameras(gt_poses, est_poses, positions)
+    common = np.array(list(COMMON.values()))
+    apart = rotation_angles(common.swapaxes(1, 2) @ body)
+    return common[np.argmin(apart)] if apart.min() <= NEAR_DEG else body
+
+
+def _rotation_between_cameras(
+    gt_poses: Floats, est_poses: Floats, positions: Floats | None
+) -> Floats:
+    """Return the constant B with R̂_i ≈ Q R_i B.
+
+    Between two cameras both turn by the same angle, about axes that B takes to each other. Where
+    all turns are about one axis, that leaves B open; the rotation of the positions is Q, too.
+    """
+    gt, est = gt_poses[:, :3, :3], est_poses[:, :3, :3]
+    true, estimated = _turns(gt), _turns(est)
+    lengths = np.linalg.norm([true, estimated], axis=2)
+    alike = np.abs(lengths[0] - lengths[1]) < 0.1  # not so where one of the cameras is an outlier
+    moments = true[alike].T @ estimated[alike]
+    near_identity = 1e-3 * np.linalg.norm(moments) * np.eye(3)  # where turns are about one axis
+    bodies = [project_to_rotation(moments + near_identity)]
+    if positions is not None:
+        bodies.append(tlud_mean((positions @ gt).swapaxes(1, 2) @ est))
+    for _ in range(STEPS):
+        frames = [tlud_mean(est @ body.T @ gt.swapaxes(1, 2)) for body in bodies]
+        bodies = [tlud_mean((frame @ gt).swapaxes(1, 2) @ est) for frame in frames]
+    return max(bodies, key=lambda body: _ras(gt_poses, est_poses, body)[0])
+
+
+def _turns(rotations: Floats) -> Floats:
+    """Return the axes of the rotations between some pairs of cameras, as long as their sines."""
+    n = len(rotations)
+    partners = np.concatenate([np.roll(rotations, k, axis=0) for k in (n // 10, n // 4, n // 2)])
+    angles, axes = angles_and_axes(np.tile(rotations, (3, 1, 1)).swapaxes(1, 2) @ partners)
+    return np.asarray((np.sin(angles) * axes).T)
+
+
+def _ras(gt_poses: Floats, est_poses: Floats, body: Floats) -> tuple[float, Floats]:
+    """Return the RAS with infinitely many thresholds, and the rotation between the frames."""
+    gt, est = gt_poses[:, :3, :3], est_poses[:, :3, :3] @ body.T
+    frame = tlud_mean(est @ gt.swapaxes(1, 2))
+    errors = rotation_angles((frame @ gt).swapaxes(1, 2) @ est)
+    return float(np.maximum(1 - errors / NEAR_DEG, 0).mean()), frame
+
+
+class PositionFit(NamedTuple):
+    """Aligned positions: their median error relative to their extent, and the alignment.
+
+    The rotation is None where positions on a line, or that do not fit, leave it open.
+    """
+
+    misfit: float = np.inf
+    rotation: Floats | None = None
+    scale: float = np.nan
+
+
+def fit_positions(gt_poses: Floats, est_poses: Floats) -> PositionFit:
+    """Return how well positions fit."""
+    gt, est = gt_poses[:, :3, 3], est_poses[:, :3, 3]
+    centred = gt - np.median(gt, axis=0)
+    extent = float(np.median(np.linalg.norm(centred, axis=1)))
+    rank, rng = len(gt) // 2 + 1, np.random.default_rng(0)
+    alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=300, rng=rng)
+    if alignment is None or extent == 0:
+        return PositionFit()
+    misfit = float(np.median(alignment.position_errors(gt, est))) / extent
+    widths = np.linalg.svd(centred, compute_uv=False)
+    has_rotation = misfit < min(MAX_MISFIT, widths[1] / widths[0])
+    return PositionFit(misfit, alignment.rotation if has_rotation else None, alignment.scale)
