@@ -8,6 +8,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note
 from ..extras import require
@@ -222,7 +224,10 @@ def _conditions(first: Evaluation) -> str:
     if settings.frames is not None:
         frames += " that were given"
     elif first.matches.timed:
-        frames += " of the reference" if settings.rate == "all" else f" at {settings.rate:g} Hz"
+        step = 1.1 / settings.frames_per_second  # of a reference that is slower, or `all`
+        stamps = first.reference.keys[first.matches.expected_rows]
+        is_slower = len(stamps) > 1 and float(np.median(np.diff(stamps))) > step
+        frames += " at the reference's own stamps" if is_slower else f" at {settings.rate:g} Hz"
     if first.matches.timed:
         gaps = f"gaps up to {settings.max_gap:g} s and standstill covered"
         frames += f", {gaps if settings.max_gap else 'each needs a pose'}"
