@@ -15,7 +15,7 @@
 import shlex
 import sys
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from hashlib import sha256
 from math import ceil
 from modulefinder import ModuleFinder
@@ -30,7 +30,8 @@ shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")  #
 from experiments.config import EXPERIMENTS, ConfigError, load, load_sweep, settings_file, to_overrides
 from studies import beyond, claims, head_to_head, thresholds
 
-FIGURES = ["histogram", "outliers", "collinear", "trajectory_length", "rotations", "combined", "maa_vs_pas"]
+POSITIONS = ["outliers", "collinear", "trajectory_length"]  # figures of section 6.1, and their trials
+POSES = ["histogram", "rotations", "combined", "maa_vs_pas"]  # figures of sections 6.2 and 6.3
 CLAIMS_FILES = ["configs/claims.yaml", "studies/claims.html.j2"]
 CAPTIONS = ["outliers", "combined", "maa_vs_pas_outliers", "maa_vs_pas_collinear"]  # with percentages
 OWN_KEYS = {"threshold_study": thresholds.axis_names(), "beyond": ["scenarios"], "claims": ["replicates"]}
@@ -156,7 +157,8 @@ report: "report/workflow.rst"
 # Drawing and tables run where Snakemake was started, trials in jobs where there is a cluster.
 localrules:
     figures,
-    drawings,
+    position_figures,
+    pose_figures,
     captions,
     table1,
     verdicts,
@@ -181,7 +183,7 @@ wildcard_constraints:
 rule figures:
     default_target: True
     input:
-        expand(RESULTS / "figures/{figure}.{ext}", figure=FIGURES, ext=["pdf", "png"]),
+        expand(RESULTS / "figures/{figure}.{ext}", figure=[*POSITIONS, *POSES], ext=["pdf", "png"]),
         RESULTS / "tables/method_comparison.md",
         RESULTS / "tables/captions.md",
 
@@ -212,32 +214,51 @@ rule trials:
         " hydra.run.dir=. hydra.output_subdir=null > {log:q} 2>&1"
 
 
-# One process for all of them: importing Matplotlib takes as long as drawing a figure.
-# A single one: python -m figures outliers results/trials/outliers.csv --output FILE
-rule drawings:
+def pictures(figures):
+    """Return the PNG of each figure, with its caption in the report."""
+    flag = partial(report, category="Figures")
+    captions = {figure: f"report/figures/{figure}.rst" for figure in figures}
+    return [
+        flag(RESULTS / f"figures/{figure}.png", labels={"figure": figure}, caption=caption)
+        for figure, caption in captions.items()
+    ]
+
+
+# Several in a process: importing Matplotlib takes nearly as long as drawing a figure.
+rule position_figures:
     input:
-        expand(RESULTS / "trials/{name}.csv", name=EXPERIMENTS),
+        expand(RESULTS / "trials/{name}.csv", name=POSITIONS),
     output:
-        expand(RESULTS / "figures/{figure}.pdf", figure=FIGURES),
-        [
-            report(
-                RESULTS / f"figures/{figure}.png",
-                category="Figures",
-                labels={"figure": figure},
-                caption=f"report/figures/{figure}.rst",
-            )
-            for figure in FIGURES
-        ],
+        expand(RESULTS / "figures/{figure}.pdf", figure=POSITIONS),
+        pictures(POSITIONS),
     params:
         trials=RESULTS / "trials",
+        draw=POSITIONS,
         figures=RESULTS / "figures",
         code=lambda w: code("figures.__main__", leave_out=OF_FIGURES),
     log:
-        RESULTS / "logs/figures.log",
+        RESULTS / "logs/figures/positions.log",
     benchmark:
-        RESULTS / "benchmarks/figures.tsv"
+        RESULTS / "benchmarks/figures/positions.tsv"
     shell:
-        "python -m figures paper {params.trials:q} --output {params.figures:q} > {log:q} 2>&1"
+        "python -m figures paper {params.trials:q} {params.draw} --output {params.figures:q} > {log:q} 2>&1"
+
+
+use rule position_figures as pose_figures with:
+    input:
+        expand(RESULTS / "trials/{name}.csv", name=[name for name in EXPERIMENTS if name not in POSITIONS]),
+    output:
+        expand(RESULTS / "figures/{figure}.pdf", figure=POSES),
+        pictures(POSES),
+    params:
+        trials=RESULTS / "trials",
+        draw=POSES,
+        figures=RESULTS / "figures",
+        code=lambda w: code("figures.__main__", leave_out=OF_FIGURES),
+    log:
+        RESULTS / "logs/figures/poses.log",
+    benchmark:
+        RESULTS / "benchmarks/figures/poses.tsv"
 
 
 rule captions:

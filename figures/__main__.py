@@ -25,7 +25,7 @@ Draw tables of trials.
   python -m figures TABLE.csv                                  any table, as TABLE.png next to it
   python -m figures TABLE.csv --output FILE ...                the same, as PDF or PNG
   python -m figures NAME TABLE.csv ... --output FILE ...       a figure of the paper
-  python -m figures paper FOLDER --output FOLDER               all of them, from a folder of tables
+  python -m figures paper FOLDER [NAME ...] --output FOLDER    all of them, or some, from a folder
 
 The figures of the paper: {", ".join(FIGURES)}.
 NAME may also be MODULE:FUNCTION, a function of tables that returns a figure of Matplotlib.
@@ -49,7 +49,7 @@ def _work(options: Namespace) -> list[Path]:
     name, *tables = options.tables
     paths = [Path(table) for table in tables]
     if name == "paper":
-        return _draw_paper(paths, options.output)
+        return _draw_paper(*tables, output=options.output)
     if name not in FIGURES and ":" not in name:
         return _draw_table(Path(name), paths, options.output)
     if not options.output:
@@ -68,13 +68,16 @@ def _draw_table(table: Path, others: Sequence[Path], output: Sequence[Path]) -> 
     return _draw(draw_trials, [table], output or [default])
 
 
-def _draw_paper(folders: Sequence[Path], output: Sequence[Path]) -> list[Path]:
-    """Draw all figures of the paper, in one process that imports Matplotlib and pandas once."""
-    if len(folders) != 1 or len(output) != 1:
+def _draw_paper(folder: str = "", *names: str, output: Sequence[Path]) -> list[Path]:
+    """Draw figures of the paper, in one process that imports Matplotlib and pandas once."""
+    if not folder or len(output) != 1:
         raise CommandError("paper needs one FOLDER with tables of trials, and --output FOLDER")
+    if unknown := [name for name in names if name not in FIGURES]:
+        raise CommandError(f"unknown figure {unknown[0]}; the paper's are {', '.join(FIGURES)}")
     written = []
-    for name, (draw, experiments) in FIGURES.items():
-        tables = [folders[0] / f"{experiment}.csv" for experiment in experiments]
+    for name in names or FIGURES:
+        draw, experiments = FIGURES[name]
+        tables = [Path(folder, f"{experiment}.csv") for experiment in experiments]
         written += _draw(draw, tables, [output[0] / f"{name}.{end}" for end in ("pdf", "png")])
     return written
 

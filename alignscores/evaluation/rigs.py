@@ -14,7 +14,7 @@ from ..translation import closest_pair_quartile
 from ..validation import check_groups
 from .settings import Settings
 
-__all__ = ["by_keys", "clumps", "of_groups", "of_model", "rig_frames"]
+__all__ = ["by_keys", "clumps", "of_groups", "of_model", "of_rows", "rig_frames"]
 
 FAR = 3  # times as distant; on a smooth path it is twice at most
 MAX_CAMERAS = 12  # of a rig
@@ -43,6 +43,16 @@ def of_model(reference: Any, settings: Settings) -> dict[Any, int]:
         return {}
     frames = read_rig_frames(reference)
     return dict(frames) if len(set(frames.values())) >= 4 else {}
+
+
+def of_rows(reference: Trajectory, settings: Settings) -> Indices | None:
+    """Return the rig frame of each pose where those of a rig frame stand in consecutive rows."""
+    if not settings.rig_frames.isdecimal():
+        return None
+    n, n_cameras = len(reference.keys), int(settings.rig_frames)
+    if n % n_cameras:
+        raise ValueError(f"rig_frames {n_cameras}: the reference has {n} poses, no multiple of it")
+    return np.arange(n) // n_cameras
 
 
 def by_keys(frames: Mapping[Any, int], keys: NDArray[Any]) -> Indices | None:

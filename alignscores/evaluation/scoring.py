@@ -30,7 +30,7 @@ from .reading import (
     read_reference,
     with_formats,
 )
-from .rigs import by_keys, of_groups, of_model
+from .rigs import by_keys, of_groups, of_model, of_rows
 from .settings import Settings, changed
 
 __all__ = ["evaluate", "score"]
@@ -149,6 +149,8 @@ def score(
         models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]
     groups = by_keys(rig_frames, reference.keys)
+    if groups is None:
+        groups = of_rows(reference, settings)
     rows: tuple[Model, ...] = ()
     of_models = None
     if len(models) == 1:

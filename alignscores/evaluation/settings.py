@@ -161,8 +161,9 @@ class Settings:
     rig_frames: str = _setting(
         "auto",
         "images that d counts as one camera, at their mean position. auto: the frames of a COLMAP "
-        "model, otherwise the same file name in different folders, if close together; none; or a "
-        r"regular expression whose group is the rig frame in the name, such as '(\d+)\.png$'",
+        "model, otherwise the same file name in different folders, if close together; none; the "
+        "number of cameras of a rig, in consecutive rows; or a regular expression whose group is "
+        r"the rig frame in the name, such as '(\d+)\.png$'",
     )
     max_threshold: float = _number(1.0, "largest threshold of the TAS in units of d", above=0)
     max_threshold_deg: float = _number(10.0, "largest threshold of the RAS in degrees", above=0)
@@ -403,15 +404,17 @@ def _range(about: Mapping[str, Any]) -> str:
 
 
 def _check_rig_frames(text: str) -> None:
-    """Raise a ValueError for a text that is neither a word nor a regular expression."""
-    if text in ("auto", "none"):
+    """Raise a ValueError for a text that is no word, number of cameras or regular expression."""
+    if text in ("auto", "none") or (isinstance(text, str) and text.isdecimal() and int(text) > 1):
         return
     try:
         n_groups = re.compile(text).groups
     except (re.error, TypeError) as error:
         raise ValueError(f"rig_frames {brief(text)} is not a regular expression: {error}") from None
     if n_groups != 1:
-        raise ValueError(r"rig_frames needs one group in brackets, as in '(\d+)\.png$'")
+        raise ValueError(
+            r"rig_frames needs one group in brackets, as in '(\d+)\.png$', or a number of cameras"
+        )
 
 
 def _stamps_or_path(frames: Any) -> FilePath | tuple[float, ...] | None:

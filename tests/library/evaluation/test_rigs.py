@@ -1,5 +1,6 @@
 """Cameras of a rig: d is the spacing of the path, not the baseline."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,22 @@ def test_groups_label_the_rows_of_rig_frames(how):
     expected = tas(truth.positions, estimate.positions, groups=groups, registration="refined")
     assert evaluation.matches.unit == expected.unit == pytest.approx(closest_pair_quartile(path))
     assert evaluation.tas == pytest.approx(expected.score, abs=1e-3)
+
+
+def test_a_number_of_cameras_groups_consecutive_rows(run, tmp_path):
+    """For arrays, which have no names, by the command, too."""
+    path, truth, estimate = rig(flat, 4, 0.05)
+    by_frame = np.arange(160).reshape(4, 40).T.ravel()
+    files = tmp_path / "truth.npy", tmp_path / "estimate.npy"
+    for file, trajectory in zip(files, (truth, estimate), strict=True):
+        np.save(file, trajectory.poses[by_frame])
+    code, out, err = run("arrays", *files, "--rig_frames", 4, "--json")
+    assert code == 0
+    assert json.loads(out)["results"][0]["unit"] == pytest.approx(closest_pair_quartile(path))
+    assert "d counts the cameras of each of 40 rig frames as one" in err
+    code, _, err = run("arrays", *files, "--rig_frames", 3)
+    assert code == 1
+    assert "rig_frames 3: the reference has 160 poses, no multiple of it" in err
 
 
 def test_groups_follow_the_rows_that_are_scored():

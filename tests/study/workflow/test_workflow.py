@@ -30,7 +30,10 @@ def copy_of_the_project(folder):
 
 
 TARGETS = {  # rules of the jobs that each target needs, from nothing; with two replicates
-    "figures": {"trials": 8, "drawings": 1, "captions": 1, "table1": 1},
+    "figures": {
+        **{"trials": 8, "position_figures": 1, "pose_figures": 1},
+        **{"captions": 1, "table1": 1},
+    },
     "claims": {"replicate": 2, "verdicts": 1},
     "readings": {},
     "head_to_head": {"trials": 8, "study_trials": len(head_to_head.plan({})), "orders": 1},
@@ -152,7 +155,7 @@ FILES = (
     "results/replicates/7.csv",  # the first three are also judged under other readings: longer
     "results/figures/beyond.png",
 )
-DRAWN = {"drawings": 1, "study_figure": 1}
+DRAWN = {"position_figures": 1, "pose_figures": 1, "study_figure": 1}
 ANALYSIS = {"scenarios": 1, "study_figure": 1}
 EDITS = [  # files of the project, with the jobs that an edit of them makes run again
     (
@@ -228,7 +231,7 @@ def test_an_edit_reruns_what_depends_on_it_and_nothing_else(snakemake, tmp_path)
         text=True,
     )
     planned = Done(done.returncode, done.stdout + done.stderr).planned
-    assert planned == {"trials": 1, "drawings": 1, "replicate": 1}
+    assert planned == {"trials": 1, "position_figures": 1, "replicate": 1}
 
 
 def test_an_experiment_of_your_own_changes_nothing_of_the_papers(snakemake, tmp_path):
