@@ -209,10 +209,8 @@ def test_keyframes_between_the_poses_of_a_sparse_reference(case):
     evaluation = evaluate("gt_1hz.txt", keyframes, alignment="rigid")
     (note,) = [note for note in evaluation.notes if note.kind == "sparse"]
     remedied = evaluate("gt_1hz.txt", keyframes, alignment="rigid", sync="interpolate")
-    shares = [f"{1 - result.lost:.0%}" for result in (remedied, evaluation)]
-    assert (
-        note.remedy == f"--sync interpolate covers {shares[0]} of the frames instead of {shares[1]}"
-    )
+    then, now = (f"{1 - result.lost:.0%}" for result in (remedied, evaluation))
+    assert note.remedy == f"--sync interpolate covers {then} of the frames instead of {now}"
     assert "180 frames at the reference's own stamps, gaps" in conditions([evaluation])[0]
 
 
