@@ -66,14 +66,16 @@ def _row(evaluation: Evaluation) -> dict[str, str]:
     }
     return {
         **{name: _text(score, ".3f") for name, score in scores.items()},
-        **{name: _text(error, ".3g") for name, error in errors.items()},
+        **{name: _text(error, "#.3g") for name, error in errors.items()},
         "coverage": f"{1 - evaluation.lost:.1%}",
     }
 
 
 def _text(value: float | None, number_format: str) -> str:
     """Return a number, a dash where there is none."""
-    return "-" if value is None or not math.isfinite(value) else format(value, number_format)
+    if value is None or not math.isfinite(value):
+        return "-"
+    return format(value, number_format).rstrip(".")  # 100. has all its digits
 
 
 def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
@@ -85,7 +87,7 @@ def _number(name: str, value: float | None) -> str:
     unit = metric(name).unit
     ours, others = {"": ".3f"}, {"": ".4f", "%": ".2f"}
     number_format = (
-        ours.get(unit, ".3g") if metric(name).name in SCORES else others.get(unit, ".4g")
+        ours.get(unit, "#.3g") if metric(name).name in SCORES else others.get(unit, "#.4g")
     )
     return _text(value, number_format)
 
