@@ -146,7 +146,7 @@ def run(argv: Sequence[str]) -> int:
     arguments = parser.parse(argv)
     reference, estimates, settings = _files(parser, arguments)
     check_pose_relation(arguments, parser.error)
-    if arguments.save_aligned and not settings.form.ordered:
+    if arguments.save_aligned and not settings.file_format.ordered:
         parser.error(f"--save_aligned cannot write {settings.format} files")
     if arguments.show != "text":
         needed_by(arguments.show)
@@ -252,7 +252,7 @@ def _outputs(
 ) -> list[tuple[str, Path, str | None]]:
     """Return all files that will be written: option, path, and the estimate that it is of."""
     in_folder = dict(IN_FOLDER)
-    if not settings.form.ordered:
+    if not settings.file_format.ordered:
         del in_folder["save_aligned"]
     written: list[tuple[str, Path, str | None]] = []
     suffix = r"\.[a-z]+(?=$| \()"  # not of v1.2, and before the number of equal names

@@ -101,7 +101,11 @@ def _metric_names(comparison: Comparison) -> list[str]:
 
 def _header(name: str, comparison: Comparison) -> str:
     """Return the name of a metric at the head of a column, with its unit."""
-    length = "m" if comparison.settings is not None and comparison.settings.form.unit == "m" else ""
+    length = (
+        "m"
+        if comparison.settings is not None and comparison.settings.file_format.unit == "m"
+        else ""
+    )
     try:
         return header(name, length)
     except ValueError:
@@ -293,7 +297,7 @@ def conditions(settings: Settings | None) -> list[str]:
     lines = ["failed runs: in brackets the 95 % interval of how often a run fails"]
     if settings is not None:
         lines.append(f"missing cameras: {settings.missing}")
-        if settings.form.timed:
+        if settings.file_format.timed:
             lines.append("coverage: share of the expected time with a pose")
     return lines
 

@@ -150,7 +150,7 @@ class Evaluation:
         return f"Evaluation({self.name!r}, {scores}, registration={self.settings.registration!r})"
 
     def _repr_html_(self) -> str:
-        unit, values = self.settings.form.unit, {**self.scores, "lost": self.lost}
+        unit, values = self.settings.file_format.unit, {**self.scores, "lost": self.lost}
         cells = "".join(
             f"<tr><th>{name if name == 'lost' else header(name, unit)}</th>"
             f"<td>{'-' if value is None else format(value, '.3g')}</td></tr>"

@@ -264,9 +264,9 @@ def _columns(
     settings, options = state.settings, {}
     for side, name in names.items():
         path, named, file_format = (
-            (files.ref_path, settings.ref_columns, settings.form)
+            (files.ref_path, settings.ref_columns, settings.file_format)
             if side == REF
-            else (files.est_path, settings.est_columns, settings.est_form)
+            else (files.est_path, settings.est_columns, settings.est_file_format)
         )
         trajectory = wanted[side]
         usual = f"t x y z {W_LAST}" if finite_rows(trajectory.poses[:, :3, :3]).any() else "t x y z"
@@ -465,7 +465,7 @@ def _has_constant(trajectory: Trajectory) -> bool:
 def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield rows that are motions from frame to frame, multiplied to poses."""
     reference, estimate = state.reference, state.estimate
-    if not state.settings.form.ordered or not state.has_rotations or state.score > 0.6:
+    if not state.settings.file_format.ordered or not state.has_rotations or state.score > 0.6:
         return
     if not (finite_rows(reference.poses).all() and finite_rows(estimate.poses).all()):
         return

@@ -38,8 +38,8 @@ def read_models(estimate: Estimate, settings: Settings) -> dict[str, Trajectory]
     models: Mapping[str, Trajectory] = {}
     if isinstance(estimate, Mapping):
         models = estimate
-    elif not isinstance(estimate, Trajectory) and settings.est_form.read_models:
-        models = settings.est_form.read_models(estimate)
+    elif not isinstance(estimate, Trajectory) and settings.est_file_format.read_models:
+        models = settings.est_file_format.read_models(estimate)
     if settings.model is not None and settings.model not in models:
         has = f"its models are {', '.join(models)}" if models else "it is a single model"
         where = "the estimate" if isinstance(estimate, (Trajectory, Mapping)) else estimate

@@ -104,7 +104,7 @@ def unmatched(evaluation: Evaluation) -> Note | None:
     if matches.timed:
         where = "poses have no reference pose near them in time"
     else:
-        what = "frames" if evaluation.settings.form.ordered else "images"
+        what = "frames" if evaluation.settings.file_format.ordered else "images"
         where = f"{what} are not in the reference; left out"
         if matches.matched == len(matches.expected_rows):
             where += " (it has all of the reference's, too: the reference comes first)"
@@ -120,7 +120,7 @@ def small_unit(evaluation: Evaluation) -> Note | None:
     n, spacing = clumps(positions, d)
     if not n:
         return None
-    unit = settings.form.unit
+    unit = settings.file_format.unit
     text = (
         f"d = {d:.3g} {unit} is far below the spacing of the path: most reference poses lie in "
         f"clumps of {n}, about {spacing:.3g} {unit} apart"
@@ -201,8 +201,8 @@ def indistinguishable(evaluation: Evaluation) -> Note | None:
     return Note(
         "perfect",
         f"not distinguishable from a perfect estimate by {', '.join(means)}: with errors of "
-        f"{sigma:g} {settings.form.unit} and {sigma_deg:g} deg in the reference, that would have "
-        f"{', '.join(f'{mean:.3f}' for mean in means.values())}",
+        f"{sigma:g} {settings.file_format.unit} and {sigma_deg:g} deg in the reference, that would "
+        f"have {', '.join(f'{mean:.3f}' for mean in means.values())}",
     )
 
 
@@ -305,7 +305,7 @@ def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[
 
 def scale_note(scales: Mapping[str, float | None], settings: Settings) -> str:
     """Return a note on the scales of metric estimates that the alignment removed."""
-    if settings.alignment != "similarity" or settings.form.unit != "m":
+    if settings.alignment != "similarity" or settings.file_format.unit != "m":
         return ""
     off = [
         f"{name} is {scale:.3g}x"

@@ -170,7 +170,7 @@ def read_estimate(estimate: FilePath | Trajectory, settings: Settings) -> Trajec
 def _read(path: FilePath, settings: Settings, side: str) -> Trajectory:
     """Read a file; where its format does not fit, the error names the one that does."""
     name = (side == "est" and settings.est_format) or settings.format
-    file_format = settings.form if side == "ref" else settings.est_form
+    file_format = settings.file_format if side == "ref" else settings.est_file_format
     side_columns: str | None = getattr(settings, f"{side}_columns")
     if side_columns and not file_format.tables:
         raise FileError(path, f"is not a text table: --{side}_columns does not apply")

@@ -311,7 +311,7 @@ def _constant(
     if not has_rotations:
         return [], estimate
     text = "its rotations are all the same, and are scored as they are"
-    timed = settings.est_form.tables and estimate.keys.dtype.kind == "f"
+    timed = settings.est_file_format.tables and estimate.keys.dtype.kind == "f"
     remedy = "if it has none, --est_columns 't x y z' scores the positions" if timed else ""
     return [Note("constant", text, remedy)], estimate
 
@@ -358,7 +358,7 @@ def _metrics(
     names = [name for name in settings.metrics if name not in SCORES]
     for entry in map(metric, [*names, *functions]):
         name = entry.name
-        if "metres" in entry.needs and settings.form.unit != "m":
+        if "metres" in entry.needs and settings.file_format.unit != "m":
             notes.append(Note("metric", f"the reference's unit counts as a metre in {name}"))
         try:
             if "rotations" in entry.needs and not matches.has_rotations:

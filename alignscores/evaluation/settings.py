@@ -258,7 +258,7 @@ class Settings:
             for name, value in vars(self).items()
             if name != "metrics"
         }
-        if not self.form.timed:
+        if not self.file_format.timed:
             values |= {name: None for name in ABOUT if ABOUT[name].get("needs") == "timed"}
         if self.frames is not None:
             values["rate"] = None
@@ -275,16 +275,16 @@ class Settings:
             needs = about.get("needs")
             if needs is None or getattr(self, name) == getattr(Settings, name):
                 continue
-            if needs == "timed" and not self.form.timed:
+            if needs == "timed" and not self.file_format.timed:
                 raise ValueError(f"{name} needs time stamps, which {self.format} files lack")
-            if needs == "topics" and not (self.form.topics or self.est_form.topics):
+            if needs == "topics" and not (self.file_format.topics or self.est_file_format.topics):
                 raise ValueError(f"{name} applies only to bags: {self.format} files have no topics")
-            if needs == "tables" and not (self.form.tables or self.est_form.tables):
+            if needs == "tables" and not (self.file_format.tables or self.est_file_format.tables):
                 raise ValueError(f"{name} applies only to text tables, not to {self.format} files")
-        if self.form.ordered != self.est_form.ordered:
+        if self.file_format.ordered != self.est_file_format.ordered:
             raise ValueError(f"{self.est_format} estimates cannot be matched to {self.format}")
         for name in self.metrics:
-            if "order" in metric(name).needs and not self.form.ordered:
+            if "order" in metric(name).needs and not self.file_format.ordered:
                 raise ValueError(f"{name} needs the order of time, but images are matched by name")
 
     @property
@@ -314,16 +314,16 @@ class Settings:
         return f"alignment: {self.alignment} ({self.registration}{mean})"
 
     @property
-    def form(self) -> Format:
+    def file_format(self) -> Format:
         """The format of the files."""
         if self.format is None:
             raise ValueError(f"give the format of the files: format={'|'.join(FORMATS)}")
         return FORMATS[self.format]
 
     @property
-    def est_form(self) -> Format:
+    def est_file_format(self) -> Format:
         """The format of the estimates."""
-        return FORMATS[self.est_format] if self.est_format else self.form
+        return FORMATS[self.est_format] if self.est_format else self.file_format
 
     @property
     def columns_of_reference(self) -> str | None:

@@ -242,7 +242,7 @@ def _errors(comparison: Comparison) -> go.Figure:
             if len(x):
                 area |= {"mode": "none", "hoverinfo": "skip", "showlegend": False}
                 figure.add_scatter(x=x, y=y, **area, **group, **cell)
-            ordered = settings.form.ordered
+            ordered = settings.file_format.ordered
             figure.add_scatter(
                 x=(times[1:] + times[:-1]) / 2,
                 y=np.where(np.isfinite(errors), np.maximum(errors, low), np.nan),
@@ -250,18 +250,18 @@ def _errors(comparison: Comparison) -> go.Figure:
                 mode="lines" if ordered else "markers",
                 line={**style(index), "width": 1.5},
                 showlegend=system not in in_legend,
-                hovertemplate=f"%{{customdata:.3g}} {settings.form.unit}",
+                hovertemplate=f"%{{customdata:.3g}} {settings.file_format.unit}",
                 **group,
                 **cell,
             )
             in_legend.add(system)
         figure.add_hline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **cell)
         ends = np.log10([low, high]).tolist()
-        title = f"error [{settings.form.unit}]"
+        title = f"error [{settings.file_format.unit}]"
         figure.update_yaxes(type="log", title_text=title, range=ends, tickformat="~g", **cell)
     timed = next(iter(comparison.errors.values())).timed
     figure.update_xaxes(hoverformat=".1f", ticksuffix=" s" if timed else "")
-    title = "time" if timed else "frame" if settings.form.ordered else "image"
+    title = "time" if timed else "frame" if settings.file_format.ordered else "image"
     figure.update_xaxes(title_text=title, row=len(sequences), col=1)
     layout = {**LAYOUT, "margin": {**LAYOUT["margin"], "t": 90}}
     layout |= {"height": 110 + height * len(sequences), "hovermode": "x unified"}

@@ -54,7 +54,7 @@ def time_label(evaluation: Evaluation) -> str:
     """Return what `times` are, as an axis names them."""
     if evaluation.matches.timed:
         return "time [s]"
-    return "frame" if evaluation.settings.form.ordered else "image"
+    return "frame" if evaluation.settings.file_format.ordered else "image"
 
 
 def over_expected(evaluation: Evaluation, values: NDArray[Any], of_lost: float) -> NDArray[Any]:
@@ -67,7 +67,7 @@ def over_expected(evaluation: Evaluation, values: NDArray[Any], of_lost: float) 
 
 def frames(evaluation: Evaluation) -> Floats:
     """Return where the expected frames are drawn: times, numbers, or ranks of names."""
-    if evaluation.settings.form.ordered:
+    if evaluation.settings.file_format.ordered:
         return times(evaluation)
     names = evaluation.reference.keys[evaluation.matches.expected_rows]
     return np.argsort(in_order(names)).astype(float)
@@ -76,7 +76,7 @@ def frames(evaluation: Evaluation) -> Floats:
 def curve(evaluation: Evaluation, score: str) -> Curve:
     """Return what the TAS or the RAS counts; without rotations the RAS has no errors."""
     result: AlignmentScore = getattr(evaluation.result, score.lower())
-    unit = evaluation.settings.form.unit
+    unit = evaluation.settings.file_format.unit
     errors = over_expected(evaluation, result.errors, np.inf)
     poses = evaluation.matches.est_poses
     parts = poses[:, :3, 3] if score == "TAS" else poses[:, :3, :3]

@@ -50,7 +50,9 @@ def page_of(
             "figure": drawn["trajectories"],
         },
         {
-            "heading": "Errors over time" if scored[0].settings.form.ordered else "Errors by image",
+            "heading": "Errors over time"
+            if scored[0].settings.file_format.ordered
+            else "Errors by image",
             "text": [
                 "Shaded: lost. Dotted: the largest threshold. Bars: the stretches that cost the "
                 "score most."
@@ -87,10 +89,10 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
 
     Positions count from the first one of the reference, since WebGL has 32 bits.
     """
-    first, unit = scored[0], scored[0].settings.form.unit
+    first, unit = scored[0], scored[0].settings.file_format.unit
     reference = first.reference.poses[first.matches.expected_rows, :3, 3]
     origin, path = reference[0], reference - reference[0]
-    ordered, limit = first.settings.form.ordered, curve(first, "TAS").limit
+    ordered, limit = first.settings.file_format.ordered, curve(first, "TAS").limit
     figure = go.Figure()
 
     def add(points: Floats, name: str, group: str, **kwargs: Any) -> None:
@@ -205,7 +207,7 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
         row_heights=[0.08 + 0.015 * n, 0.5] * len(scores),
         vertical_spacing=0.02,
     )
-    first, ordered = scored[0], scored[0].settings.form.ordered
+    first, ordered = scored[0], scored[0].settings.file_format.ordered
     dots = "lines" if ordered else "markers"
     for k, score in enumerate(scores):
         curves = {
@@ -278,7 +280,7 @@ def _profiles(scored: Sequence[Evaluation]) -> go.Figure:
     figure = make_subplots(rows=len(scores), vertical_spacing=0.2)
     for k, score in enumerate(scores):
         cell = {"row": k + 1, "col": 1}
-        unit = scored[0].settings.form.unit if score == "TAS" else "deg"
+        unit = scored[0].settings.file_format.unit if score == "TAS" else "deg"
         limit = curve(scored[0], score).limit
         largest = limit * np.geomspace(0.01, 10, N_PROFILE)
         for index, evaluation in enumerate(scored):

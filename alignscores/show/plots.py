@@ -111,7 +111,7 @@ def picture(figure: Figure, suffix: str) -> bytes:
 
 def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str | None) -> None:
     """Draw the aligned trajectories: a single one coloured by its error, several by estimate."""
-    first, unit = scored[0], scored[0].settings.form.unit
+    first, unit = scored[0], scored[0].settings.file_format.unit
     reference = first.reference.poses[first.matches.expected_rows, :3, 3]
     longest = sorted(np.argsort(np.ptp(reference, axis=0), kind="stable")[1:])
     view = ["xyz".index(axis) for axis in mode] if mode else longest
@@ -158,7 +158,7 @@ def _draw_by_error(
     part: SubFigure, axes: Axes, evaluation: Evaluation, reference: Floats, view: list[int]
 ) -> None:
     """Draw positions coloured by their error, outliers as crosses, and lost frames."""
-    tas, unit = curve(evaluation, "TAS"), evaluation.settings.form.unit
+    tas, unit = curve(evaluation, "TAS"), evaluation.settings.file_format.unit
     positions = over_expected(evaluation, evaluation.positions, np.nan)
     lost = ~finite_rows(positions)
     far = ~lost & (tas.errors >= tas.limit)
@@ -187,7 +187,7 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
     """Draw the share of frames below each threshold; the area is the score."""
     panels = part.subplots(2, 1)
     for axes, name in zip(panels, ("TAS", "RAS"), strict=True):
-        unit = scored[0].settings.form.unit if name == "TAS" else "deg"
+        unit = scored[0].settings.file_format.unit if name == "TAS" else "deg"
         axes.set_xlabel(f"threshold [{unit}]")
         results = [curve(evaluation, name).result for evaluation in scored]
         if len(results) == 1:
@@ -206,7 +206,7 @@ def _draw_scores(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
 def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
     """Draw the errors over time on logarithmic axes, lost time, and what costs the scores most."""
     panels = part.subplots(2, 1, sharex=True)
-    what = "errors over time" if scored[0].settings.form.ordered else "errors by image"
+    what = "errors over time" if scored[0].settings.file_format.ordered else "errors by image"
     for axes, name in zip(panels, ("TAS", "RAS"), strict=True):
         curves = [curve(evaluation, name) for evaluation in scored]
         axes.set(yscale="log", ylabel=curves[0].label)
@@ -267,7 +267,7 @@ def _mark_deficits(axes: Axes, drawn: Curve, x: Floats, colour: Any, row: int) -
 def _draw_time(part: SubFigure, scored: Sequence[Evaluation], _mode: str | None) -> None:
     """Draw x, y, z and roll, pitch, yaw over time, each in the alignment of its score."""
     panels = part.subplots(3, 2, sharex=True)
-    first, unit = scored[0], scored[0].settings.form.unit
+    first, unit = scored[0], scored[0].settings.file_format.unit
     poses = first.reference.poses[first.matches.expected_rows]
     order = _order_of_axes(poses[:, :3, :3])
     columns = np.argsort([*order])  # of x, y, z
@@ -384,7 +384,7 @@ def _draw_line(
 
 def _draw_path(axes: Axes, evaluation: Evaluation, points: Floats, line: dict[str, Any]) -> None:
     """Draw points as a line, or as dots where they have no order, as images."""
-    if not evaluation.settings.form.ordered:
+    if not evaluation.settings.file_format.ordered:
         line = {**line, "linestyle": "", "marker": "o", "markersize": 4}
     axes.plot(*points.T, **{"linewidth": 1.2, **line})
 

@@ -47,7 +47,7 @@ def recording(scored: Sequence[Evaluation]) -> bytes:
     stream.send_blueprint(blueprint.Horizontal(*views))
     _log_camera(stream, first, "reference", poses[:, :3, 3] - origin, poses[:, :3, :3])
     path = [poses[:, :3, 3] - origin]
-    ordered = first.settings.form.ordered
+    ordered = first.settings.file_format.ordered
     drawn = rr.LineStrips3D(path, colors=[GREY]) if ordered else rr.Points3D(*path, colors=[GREY])
     stream.log("reference/path", drawn, static=True, strict=True)
     for evaluation, name in zip(scored, names, strict=True):

@@ -45,7 +45,7 @@ def rows_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
             for name, evaluation in zip(names, scored, strict=True)
         ]
         return [["estimate", *_row(scored[0])], *rows]
-    headers = [header(name, settings.form.unit) for name in settings.metrics]
+    headers = [header(name, settings.file_format.unit) for name in settings.metrics]
     rows = [
         [name, *(_number(key, evaluation.value(key)) for key in settings.metrics)]
         for name, evaluation in zip(names, scored, strict=True)
@@ -55,7 +55,7 @@ def rows_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
 
 def _row(evaluation: Evaluation) -> dict[str, str]:
     """Return the row of an estimate: texts by the headers of the columns."""
-    unit = evaluation.settings.form.unit
+    unit = evaluation.settings.file_format.unit
     scores = {"TAS": evaluation.tas, "RAS": evaluation.ras, "PAS": evaluation.pas}
     errors = {
         f"half [{unit}]": evaluation.half_distance,
@@ -222,7 +222,8 @@ def conditions(scored: Sequence[Evaluation]) -> list[str]:
 def _conditions(first: Evaluation) -> str:
     """Return the alignment, the frames, and d in one line; other metrics have only the frames."""
     settings = first.settings
-    frames = f"{len(first.matches.expected_rows)} {'frames' if settings.form.ordered else 'images'}"
+    what = "frames" if settings.file_format.ordered else "images"
+    frames = f"{len(first.matches.expected_rows)} {what}"
     if settings.frames is not None:
         frames += " that were given"
     elif first.matches.timed:
@@ -240,7 +241,7 @@ def _conditions(first: Evaluation) -> str:
         return frames
     times_d = "d" if settings.max_threshold == 1 else f"{settings.max_threshold:g} d"
     largest = settings.max_threshold * first.result.tas.unit
-    unit = f"TAS up to {times_d} = {largest:.3g} {settings.form.unit}"
+    unit = f"TAS up to {times_d} = {largest:.3g} {settings.file_format.unit}"
     half = [] if settings.metrics else ["half: threshold at score 0.5"]
     return "; ".join([settings.how_aligned, frames, unit, *half])
 
