@@ -50,7 +50,7 @@ class FileError(ValueError):
 
     def __init__(self, path: FilePath, reason: str, *, place: str = "") -> None:
         super().__init__(f"{path}{place and ', '}{place}: {reason}")
-        self.reason, self.place = reason, place
+        self.path, self.reason, self.place = path, reason, place
 
 
 _pipes: dict[str, bytes] = {}  # content of pipes whose format was looked at, by their paths

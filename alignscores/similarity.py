@@ -12,6 +12,7 @@ __all__ = [
     "ALIGNMENTS",
     "FARTHEST_SQUARABLE",
     "FARTHEST_SUMMABLE",
+    "SYNONYMS",
     "UP",
     "Similarity",
     "best_yaw",
@@ -21,6 +22,7 @@ __all__ = [
 
 
 ALIGNMENTS = "similarity", "rigid", "yaw", "none"
+SYNONYMS = "sim3 is similarity, se3 is rigid"  # as metrics of other projects name them
 UP = "z", "y", "x", "-z", "-y", "-x"
 FARTHEST_SUMMABLE = 1e300  # sums and differences of coordinates beyond may overflow
 FARTHEST_SQUARABLE = 1e100  # squares of coordinates beyond, and their sums, may overflow
@@ -168,7 +170,8 @@ def least_squares_rmse(
 def check_alignment(alignment: str, up: str) -> None:
     """Check the names of an alignment and of an axis."""
     if alignment not in ALIGNMENTS:
-        raise ValueError(f"alignment must be one of {', '.join(ALIGNMENTS)}, not {alignment!r}")
+        choices = ", ".join(ALIGNMENTS)
+        raise ValueError(f"alignment must be one of {choices}, not {alignment!r}; {SYNONYMS}")
     if up not in UP:
         raise ValueError(f"up must be one of {', '.join(UP)}, not {up!r}")
 

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from ..show.evo import POSE_RELATIONS
+from ..similarity import ALIGNMENTS
 
 __all__ = ["ELSEWHERE", "add_alignment", "add_pose_relation", "alignment_of", "check_pose_relation"]
 
@@ -58,6 +59,8 @@ def alignment_of(
         )
     if not arguments.align:
         return chosen
+    if words := [file for file in arguments.files if file in ALIGNMENTS]:
+        error(f"-a and --align take no value; write --alignment {words[0]}")
     alignment, option = ("similarity", "-as") if arguments.correct_scale else ("rigid", "-a")
     if chosen not in (default, alignment):
         error(f"{option} is --alignment {alignment}, and --alignment is {chosen}; leave one out")

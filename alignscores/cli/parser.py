@@ -1,6 +1,7 @@
 """Base of the command's parsers: a short and a full help, errors in one line, hints."""
 
 import argparse
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -81,12 +82,13 @@ class Parser(argparse.ArgumentParser):
         for argument in arguments:
             if hint := ELSEWHERE.get(argument.partition("=")[0]):
                 self.error(f"{argument}: {hint}")
-        values, unknown = self.parse_known_intermixed_args(arguments)
+        values, unknown = self.parse_known_intermixed_args(_with_negative_values(arguments))
         for argument in unknown:
             option = argument.partition("=")[0]
             if option in self.foreign:
                 self.error(f"{option} belongs to `{self.foreign[option]}`")
             all_options = [name for name in self._option_string_actions if name.startswith("--")]
+            all_options.remove("--align")  # evo's; --alignment takes a value
             near = get_close_matches(option, [*all_options, *self.foreign], n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
             self.error(f"unknown option {option}{hint}")
@@ -110,6 +112,17 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End with the message, and where to find the usage."""
         self.exit(2, f"{self.prog}: error: {printable(message)}; see {self.prog} --help\n")
+
+
+def _with_negative_values(arguments: Sequence[str]) -> list[str]:
+    """Join an option with a value such as -50ms or -1,0,2, which argparse takes for an option."""
+    joined: list[str] = []
+    for argument in arguments:
+        if re.match(r"-\.?\d", argument) and joined and re.fullmatch(r"--\w+", joined[-1]):
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
 
 
 def _output_file(*suffixes: str) -> Callable[[str], Path]:

@@ -202,8 +202,7 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
         parser.error(f"{estimates[0]} is not a file; topics are options here: {hint}")
     settings = parser.settings(arguments)
     if not arguments.format:
-        columns = settings.columns_of_reference
-        settings = replace(settings, format=format_of(reference, columns))
+        settings = replace(settings, format=format_of(reference, settings, "ref"))
         print_note(f"detected format: {settings.format}")
     return reference, estimates, settings
 
@@ -225,7 +224,7 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
         show_progress(f"{number}/{len(estimates)} {name} " if len(estimates) > 1 else "")
         try:
             if is_open and results.settings.est_format is None:
-                est_format = format_of(file, settings.columns_of_estimates)
+                est_format = format_of(file, settings, "est")
                 settings = replace(settings, est_format=est_format)
                 if est_format != settings.format:
                     print_note(f"{file}: detected format: {est_format}")

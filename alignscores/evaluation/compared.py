@@ -30,6 +30,7 @@ __all__ += ["tas_of_other_seeds"]
 
 SMALL_OFFSET = 0.02  # seconds; a smaller offset of the clocks must raise the score
 CLEAR_OFFSET = 0.005  # by so much; a larger one must not lower the score by as much
+WORTHWHILE_COVERAGE = 0.1  # gain for which errors of a sparse reference may be accepted
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +134,13 @@ def _rival(clock: Clock | None) -> str:
     return f": the best are {best} and {clock.runner_up:.3f} s"
 
 
-def notes_on_matching(outcome: Compared, settings: Settings) -> list[Note]:
+def notes_on_matching(
+    outcome: Compared,
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    groups: Indices | None,
+) -> list[Note]:
     """Return notes on the clock that was looked for, and on a reference that is too sparse."""
     notes = []
     if settings.t_offset == "auto" and outcome.matches.timed:
@@ -150,7 +157,15 @@ def notes_on_matching(outcome: Compared, settings: Settings) -> list[Note]:
             "the reference is too sparse to be interpolated: straight lines between its poses are "
             f"off by {outcome.chord:.1%} of d; poses are compared at its own stamps"
         )
-        notes.append(Note("sparse", text))
+        estimate = estimate._replace(keys=estimate.keys + outcome.t_offset)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tried = match(reference, estimate, replace(settings, sync="interpolate"), groups)
+        now, then = (
+            matches.matched / len(matches.expected_rows) for matches in (outcome.matches, tried)
+        )
+        remedy = f"--sync interpolate covers {then:.0%} of the frames instead of {now:.0%}"
+        notes.append(Note("sparse", text, remedy if then > now + WORTHWHILE_COVERAGE else ""))
     if n_rig_frames := outcome.matches.n_rig_frames:
         text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"
         has_names = outcome.matches.keys.dtype.kind == "U"

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -44,7 +44,7 @@ __all__ = [
     "without_rotations",
 ]
 
-KEY_KINDS = {"f": "time stamps in seconds (float)", "U": "names (str)", "i": "frame numbers (int)"}
+KEY_KINDS = {"f": "time stamps in seconds", "U": "image names", "i": "frame numbers"}
 FORMAT_OF_KEYS = {"f": "tum", "i": "kitti", "U": "nerf"}  # that trajectories in memory are like
 
 
@@ -83,20 +83,37 @@ def with_formats(settings: Settings, reference: Any, estimate: Any) -> Settings:
     """Return the settings with the formats of reference and estimate, as far as they are open."""
     if settings.format is not None:
         return settings
-    ref_format = format_of(reference, settings.columns_of_reference)
-    est_format = settings.est_format or format_of(estimate, settings.columns_of_estimates)
+    ref_format = format_of(reference, settings, "ref")
+    est_format = settings.est_format or format_of(estimate, settings, "est")
     return replace(
         settings, format=ref_format, est_format=None if est_format == ref_format else est_format
     )
 
 
-def format_of(trajectory: Any, columns: str | None) -> str:
+def format_of(trajectory: Any, settings: Settings, side: str) -> str:
     """Return the format of a file, or the one that a trajectory in memory is like."""
     if isinstance(trajectory, dict):
         trajectory = next(iter(trajectory.values()))
     if isinstance(trajectory, Trajectory):
         return FORMAT_OF_KEYS[trajectory.keys.dtype.kind]
-    return recognise(trajectory, columns)
+    with _columns_named_for(side):
+        return recognise(trajectory, _columns(settings, side))
+
+
+def _columns(settings: Settings, side: str) -> str | None:
+    return settings.columns_of_reference if side == "ref" else settings.columns_of_estimates
+
+
+@contextmanager
+def _columns_named_for(side: str) -> Iterator[None]:
+    """Name the option for one side in errors that say --columns: the other file may differ."""
+    try:
+        yield
+    except FileError as error:
+        option = f"--{side}_columns"
+        reason = error.reason.replace("--ref_columns or --est_columns", option)
+        reason = reason.replace("--columns", option)
+        raise FileError(error.path, reason, place=error.place) from None
 
 
 def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
@@ -157,14 +174,16 @@ def _read(path: FilePath, settings: Settings, side: str) -> Trajectory:
     side_columns: str | None = getattr(settings, f"{side}_columns")
     if side_columns and not file_format.tables:
         raise FileError(path, f"is not a text table: --{side}_columns does not apply")
-    ref_columns, est_columns = settings.columns_of_reference, settings.columns_of_estimates
-    columns = ref_columns if side == "ref" else est_columns
+    columns = _columns(settings, side)
     try:
-        return file_format.read(
-            path, **file_format.options(getattr(settings, f"{side}_topic"), columns)
-        )
+        with _columns_named_for(side):
+            return file_format.read(
+                path, **file_format.options(getattr(settings, f"{side}_topic"), columns)
+            )
     except FileError as error:
         if (other := _other_format(path, columns)) in ("", name):
+            raise
+        if error.reason.endswith(f"give {other} instead"):
             raise
         reason = f"{error.reason}; its format seems to be {other}"
         raise FileError(path, reason, place=error.place) from None
@@ -244,9 +263,10 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
     if n == 0:
         raise ValueError(f"the {whose} has no poses")
     if poses.shape not in ((n, 4, 4), (n, 3, 4)):
+        positions = "; for positions only call tas" if poses.shape == (n, 3) else ""
         raise ValueError(
             f"the poses of the {whose} must have shape ({n}, 4, 4) or ({n}, 3, 4), one matrix a "
-            f"key, not {poses.shape}"
+            f"key, not {poses.shape}{positions}"
         )
     if keys.dtype.kind == "f":
         keys = keys.astype(np.float64)

@@ -274,7 +274,7 @@ def _score_trajectory(
         lever_arm=outcome.lever_arm,
         notes=notes,
     )
-    notes += notes_on_matching(outcome, settings)
+    notes += notes_on_matching(outcome, reference, poses, settings, groups)
     hints = []
     if check:
         hints = look(

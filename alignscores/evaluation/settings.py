@@ -16,7 +16,7 @@ from ..extras import require
 from ..io import FORMATS, FilePath, Format, parse_columns
 from ..metrics import metric, split_names
 from ..registration import REGISTRATIONS
-from ..similarity import ALIGNMENTS, UP
+from ..similarity import ALIGNMENTS, SYNONYMS, UP
 from ..texts import brief, printable
 
 __all__ = ["ABOUT", "SCORES", "Settings", "changed"]
@@ -29,9 +29,9 @@ def _setting(default: Any, help: str, *, group: str = SCORES, **bounds: Any) -> 
     """Return a field of `Settings` whose values have a `number` type, or are texts or flags.
 
     `least` and `most` bound a number, `above` excludes its bound; `words` may stand instead, and
-    `numbers`, such as "X,Y", says that there are several. `choices` are those of a text. `needs` is
-    what a format must have: time stamps (timed), topics or tables. None is a value where it is the
-    default.
+    `numbers`, such as "X,Y", says that there are several. `choices` are those of a text, `synonyms`
+    what others call them. `needs` is what a format must have: time stamps (timed), topics or
+    tables. None is a value where it is the default.
     """
     return field(default=default, metadata={"help": help, "group": group, **bounds})
 
@@ -179,6 +179,7 @@ class Settings:
         "translation and scale; rigid: all but the scale; yaw: heading and translation; none: "
         "nothing",
         choices=ALIGNMENTS,
+        synonyms=SYNONYMS,
     )
     up: str = _setting("z", "vertical axis, for --alignment yaw", choices=UP)
     reference_sigma: str | tuple[float, ...] | None = _setting(
@@ -372,7 +373,8 @@ def checked(name: str, value: Any) -> Any:
             return _number_within(value, about)
     except (OverflowError, TypeError, ValueError):
         pass
-    raise ValueError(f"{name} must be {expected}, not {brief(value)}")
+    synonyms = f"; {about['synonyms']}" if "synonyms" in about else ""
+    raise ValueError(f"{name} must be {expected}, not {brief(value)}{synonyms}")
 
 
 def _number_within(value: Any, about: Mapping[str, Any]) -> float:

@@ -207,7 +207,11 @@ def _read_file(path: Path) -> Trajectory:
     with suppress(FileError):
         if format_of_table(path) == "hloc":
             return read_hloc(path)
-    reason = "is a file, not the folder of a COLMAP model; leave out the format to have it detected"
+    reason = "is a file, not a COLMAP model; "
+    if has_model(path.parent):
+        reason += f"name its folder, {path.parent}"
+    else:
+        reason += "leave out the format to have it detected"
     raise FileError(path, reason)
 
 

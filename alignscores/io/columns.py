@@ -103,7 +103,9 @@ def _of_header(table: Table) -> list[str]:
             table.header = words
             return _unambiguous(words, names, table)
         if re.search("latitude|(?<![a-z])lat(?![a-z])", line.lower()):
-            raise FileError(table.path, "has latitudes; it takes positions x, y, z in one unit")
+            raise FileError(
+                table.path, "has latitudes; convert them to east, north, up in metres first"
+            )
         if "rotation_matrix" in words and "translation_vector" in words:
             raise FileError(
                 table.path,

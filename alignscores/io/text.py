@@ -380,7 +380,8 @@ def _refuse_degrees(column: dict[str, Floats], table: Table) -> None:
         raise FileError(
             table.path,
             f"seems to have latitudes and longitudes (near {x:.4f}, {y:.4f}, within {wide:.2g}); "
-            "it takes positions x, y, z in one unit; if they are, --columns names them",
+            "convert them to east, north, up in metres first; if they are positions in one unit, "
+            "--columns names them",
         )
 
 

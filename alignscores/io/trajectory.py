@@ -197,7 +197,8 @@ def _check_quaternions(lengths: Floats, zero: Booleans, source: Source) -> None:
         raise source.error(
             row,
             f"a quaternion of length {lengths[row]:.3g} is not a rotation{also}; "
-            "--columns names the columns, such as 't x y z' for only positions",
+            "--columns names the columns, such as 't x y z' for only positions or "
+            "'t qx qy qz qw x y z' for another order; Euler angles are not read",
         )
     _warn_of(deviation, source, "has a quaternion that is not of unit length")
 

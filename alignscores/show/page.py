@@ -31,7 +31,7 @@ def page_of(
 ) -> str:
     """Return the page; `reference` is its file, `notes` are on it and on files that failed."""
     names, drawn = [evaluation.name for evaluation in scored], figures(scored)
-    more = f" and {len(names) - 3} more" if names[3:] else ""
+    shown, more = (names, "") if len(names) <= 4 else (names[:3], f" and {len(names) - 3} more")
     crosses = "With “colour: error”, crosses" if scored[1:] else "Crosses"
     sections: list[dict[str, Any]] = [
         {
@@ -69,7 +69,7 @@ def page_of(
     ]
     if (models := tables.models_of(scored, longest=60))[1:]:
         sections.insert(1, {"heading": "Models of the estimates", "table": models})
-    title = f"{', '.join(names[:3])}{more} against {printable(Path(reference).name)}"
+    title = f"{', '.join(shown)}{more} against {printable(Path(reference).name)}"
     return render(title, tables.conditions(scored), sections)
 
 

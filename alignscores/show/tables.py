@@ -8,6 +8,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note
 from ..extras import require
@@ -64,14 +66,16 @@ def _row(evaluation: Evaluation) -> dict[str, str]:
     }
     return {
         **{name: _text(score, ".3f") for name, score in scores.items()},
-        **{name: _text(error, ".3g") for name, error in errors.items()},
+        **{name: _text(error, "#.3g") for name, error in errors.items()},
         "coverage": f"{1 - evaluation.lost:.1%}",
     }
 
 
 def _text(value: float | None, number_format: str) -> str:
     """Return a number, a dash where there is none."""
-    return "-" if value is None or not math.isfinite(value) else format(value, number_format)
+    if value is None or not math.isfinite(value):
+        return "-"
+    return format(value, number_format).rstrip(".")  # 100. has all its digits
 
 
 def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
@@ -83,7 +87,7 @@ def _number(name: str, value: float | None) -> str:
     unit = metric(name).unit
     ours, others = {"": ".3f"}, {"": ".4f", "%": ".2f"}
     number_format = (
-        ours.get(unit, ".3g") if metric(name).name in SCORES else others.get(unit, ".4g")
+        ours.get(unit, "#.3g") if metric(name).name in SCORES else others.get(unit, "#.4g")
     )
     return _text(value, number_format)
 
@@ -222,7 +226,10 @@ def _conditions(first: Evaluation) -> str:
     if settings.frames is not None:
         frames += " that were given"
     elif first.matches.timed:
-        frames += " of the reference" if settings.rate == "all" else f" at {settings.rate:g} Hz"
+        step = 1.1 / settings.frames_per_second  # of a reference that is slower, or `all`
+        stamps = first.reference.keys[first.matches.expected_rows]
+        is_slower = len(stamps) > 1 and float(np.median(np.diff(stamps))) > step
+        frames += " at the reference's own stamps" if is_slower else f" at {settings.rate:g} Hz"
     if first.matches.timed:
         gaps = f"gaps up to {settings.max_gap:g} s and standstill covered"
         frames += f", {gaps if settings.max_gap else 'each needs a pose'}"

@@ -26,7 +26,7 @@ def test_the_table_has_the_same_columns_whatever_the_options(run, score, options
     assert columns(header) == ["estimate", *HEADER]
     values = dict(zip(HEADER, columns(row)[1:], strict=True))
     assert values["TAS"] == f"{result['TAS']:.3f}"
-    assert values["half [m]"] == f"{result['half_distance']:.3g}"
+    assert values["half [m]"] == f"{result['half_distance']:#.3g}"
     assert values["coverage"] == f"{1 - result['lost']:.1%}"
     assert f"d = {result['unit']:.3g} m" in conditions
     registration = "pcr99, mean over seeds 0 to 9" if options == PAPER else "refined"
@@ -40,7 +40,7 @@ def test_the_median_is_that_of_the_frames_with_a_pose(run, tmp_path):
     lines = (tmp_path / "errors.csv").read_text().splitlines()[1:]
     errors = np.array([[float(value) for value in line.split(",")[2:4]] for line in lines])
     medians = np.median(errors[np.isfinite(errors[:, 0])], axis=0)
-    assert row[6:8] == [f"{median:.3g}" for median in medians]
+    assert row[6:8] == [f"{median:#.3g}" for median in medians]
 
 
 def test_verbose_explains_each_column(run):

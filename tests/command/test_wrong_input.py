@@ -104,7 +104,7 @@ CASES = {  # "format file what": its edit, the message
     "tum estimate a word": (field(5, 3, "x"), "bad, line 5: 'x' is not a number"),
     "tum estimate another header": (
         line(1, "t a b c d e f g"),
-        r"bad: its header names no x, y, z \('t a b c d e f g'\); name them, as in --columns",
+        r"bad: its header names no x, y, z \('t a b c d e f g'\); name them, as in --est_columns",
     ),
     "tum estimate one stamp for all": (
         lambda lines: [f"1700000000 {i} 2 3 0 0 0 1" for i in range(9)],

@@ -10,7 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import Trajectory, compare, evaluate
-from alignscores.io import inverse_poses
+from alignscores.io import inverse_poses, read_tum
+from alignscores.show.tables import conditions
 
 CASES = Path(__file__).resolve().parents[4] / "shared" / "cases"
 KINDS = {"inverted", "inverted rotations", "quaternions", "mirrored", "frame", "clock"}
@@ -198,6 +199,19 @@ def test_a_sparse_reference_is_compared_at_its_own_stamps(case, name, files, ate
     evaluation = evaluate(*files.split(), alignment="rigid")
     assert evaluation.ate == pytest.approx(ate, abs=5e-4)
     assert "sparse" in [note.kind for note in evaluation.notes]
+
+
+def test_keyframes_between_the_poses_of_a_sparse_reference(case):
+    """The note has the coverage that --sync interpolate gives; the frames are not at 10 Hz."""
+    case("19-gt-1hz")
+    keys, poses = read_tum("lio_10hz.txt")
+    keyframes = Trajectory(keys[6::7], poses[6::7])
+    evaluation = evaluate("gt_1hz.txt", keyframes, alignment="rigid")
+    (note,) = [note for note in evaluation.notes if note.kind == "sparse"]
+    remedied = evaluate("gt_1hz.txt", keyframes, alignment="rigid", sync="interpolate")
+    then, now = (f"{1 - result.lost:.0%}" for result in (remedied, evaluation))
+    assert note.remedy == f"--sync interpolate covers {then} of the frames instead of {now}"
+    assert "180 frames at the reference's own stamps, gaps" in conditions([evaluation])[0]
 
 
 def test_an_estimate_is_interpolated_at_the_stamps_of_a_sparse_reference():

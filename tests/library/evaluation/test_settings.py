@@ -39,6 +39,12 @@ from tests.files import FILES
         ("unit", 10**400, "unit must be a finite number above 0, not 1000"),
         ("weight", 1.1, "weight must be a finite number from 0 to 1, not 1.1"),
         ("alignment", "sim3", "alignment must be one of similarity, rigid, yaw, none, not 'sim3'"),
+        (
+            "alignment",
+            "se3",
+            "alignment must be one of similarity, rigid, yaw, none, not 'se3'; sim3 is similarity, "
+            "se3 is rigid",
+        ),
         ("up", "north", "up must be one of z, y, x, -z, -y, -x, not 'north'"),
         ("seed", 1.0, "seed must be a whole number of at least 0, not 1.0"),
         ("repeat", 0, "repeat must be a whole number of at least 1, not 0"),

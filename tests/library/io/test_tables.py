@@ -140,11 +140,11 @@ NAME_THEM = "name them, as in --columns 't x y z qx qy qz qw'"
         *[(made(" ".join("-" * n))[0], None, f"has {n} columns, .*{NAME_THEM}") for n in (12, 16)],
         ("1\n", None, "has 1 column, whose meaning is unknown"),
         (made("t_s x y z", ",", "time,a,b,c")[0], None, f"names no x, y, z .*; {NAME_THEM}"),
-        (made("t_s x y z", ",", "time,lat,lon,alt")[0], None, "has latitudes; it takes positions"),
+        (made("t_s x y z", ",", "time,lat,lon,alt")[0], None, "has latitudes; convert them"),
         (
             made("t_s x y z", " ", "# time lat lon alt")[0],
             None,
-            "has latitudes; it takes positions",
+            "has latitudes; convert them",
         ),
         ("a text\nof words\n", None, "has no line of numbers"),
         ("1 2 3 4\n1 2 3\n", None, "line 2: has 3 columns, the first row 4"),
