@@ -129,6 +129,8 @@ def test_similar_notes_share_a_line(run, lines, write):
     assert any("est0.txt: its clock is off" in note for note in notes)
     assert all(note.endswith("(and 2 more like it)") for note in notes)
     assert not any("est1.txt: " in note for note in notes)
+    notes = run(*TUM[:2], *files[:2])[2].splitlines()
+    assert all(note.endswith("(and one like it for est1.txt)") for note in notes)
 
 
 def test_progress_is_for_a_terminal_and_leaves_nothing_there(run, monkeypatch):
