@@ -4,7 +4,8 @@ Lee and Civera, "Alignment Scores: Robust Metrics for Multiview Pose Accuracy Ev
 are the paper's: c are camera centres, R camera-to-world rotations of the ground truth, c_est and
 R_est those of the estimate, row i the same camera; a row of NaN was not estimated. The functions of
 the same names in `alignscores` are the fast ones, with checks and options. Here memory grows with
-the square of the number of cameras n, and input is not checked.
+the square of the number of cameras n, and input is not checked. Scores come first, then what they
+call: PCR-99, the average of rotations, and at the end what the paper leaves open.
 """
 
 from itertools import combinations
@@ -22,11 +23,8 @@ from .similarity import Similarity
 
 __all__ = ["literal_frames", "pas", "pcr99", "ras", "tas"]
 
-FLAT = 1e-6  # sine of a triangle's first angle; up to it the triangle has no normal
-MARGIN = 64 * np.finfo(np.float64).eps  # of squared positions: rounding, by which no triangle wins
 
-
-def tas(c: Floats, c_est: Floats, rng: Seed = 0, *, literal: bool = False) -> float:
+def tas(c: Floats, c_est: Floats, rng: Seed = 0) -> float:
     """Return the Translation Alignment Score, TAS.
 
     Parameters
@@ -37,8 +35,6 @@ def tas(c: Floats, c_est: Floats, rng: Seed = 0, *, literal: bool = False) -> fl
         Estimated centres in their own frame and scale.
     rng : int, SeedSequence, Generator or None
         Seed of the random triplets.
-    literal : bool
-        How three cameras on a line are registered; see `pcr99`.
 
     Returns
     -------
@@ -64,16 +60,16 @@ def tas(c: Floats, c_est: Floats, rng: Seed = 0, *, literal: bool = False) -> fl
     closest = KDTree(c).query(c, k=2)[0][:, 1]
     d = np.sort(closest)[ceil(3 * n / 4) - 1]
     # Step 2: PCR-99 without an inlier threshold: the cost is the m-th smallest error (eq. 2).
-    m = max(4, (n + 5) // 10)  # round(n / 10), halves up
+    m = max(4, (n + 5) // 10)  # round(n / 10), halves up; the option `order` of the study is m / n
     a, b = c[estimated], c_est[estimated]
     rng = np.random.default_rng(rng)
-    alignment, _ = pcr99(a, b, rank=min(m, len(a)), rng=rng, literal=literal)
-    # Step 3: the distance errors, and f_k, how many are below 0.01 d, 0.02 d, ..., d.
+    alignment, _ = pcr99(a, b, rank=min(m, len(a)), rng=rng)
+    # Step 3: the distance errors, and f_k, how many are below 0.01 d, 0.02 d, ..., d (not equal).
     e = np.full(n, np.inf)
     if alignment is not None:
         s, R, t = alignment.scale, alignment.rotation, alignment.translation
         e[estimated] = np.linalg.norm((b - t) / s - a @ R.T, axis=1)
-    f = [np.count_nonzero(e < d * (k / 100)) for k in range(1, 101)]
+    f = [np.count_nonzero(e < k / 100 * d) for k in range(1, 101)]
     # Step 4, eq. 3.
     return float(sum(f) / (100 * n))
 
@@ -114,7 +110,7 @@ def ras(R: Floats, R_est: Floats) -> float:
         Q = average(R_est @ R.swapaxes(1, 2))
         # Step 2: the angular errors, and f_k, how many are below 0.1, 0.2, ..., 10 degrees.
         e[estimated] = np.degrees(Rotation.from_matrix((Q @ R).swapaxes(1, 2) @ R_est).magnitude())
-    f = [np.count_nonzero(e < 10 * k / 100) for k in range(1, 101)]
+    f = [np.count_nonzero(e < k / 10) for k in range(1, 101)]
     # Step 3, eq. 4.
     return float(sum(f) / (100 * n))
 
@@ -131,7 +127,7 @@ def pas(
     rng : int, SeedSequence, Generator or None
         See `tas`.
     alpha : float
-        Weight of the TAS.
+        Weight of the TAS; `weight` in `alignscores.pas` and in the study.
 
     Returns
     -------
@@ -155,28 +151,7 @@ def pas(
     return alpha * tas(c, c_est, rng) + (1 - alpha) * ras(R, R_est)
 
 
-def average(S: Floats) -> Floats:
-    """Return the robust average of rotations (n, 3, 3): truncated least unsquared deviations.
-
-    Lee and Civera, "Robust Single Rotation Averaging Revisited", arXiv 2309.05388.
-    """
-    flat = S.reshape(-1, 9)
-    cost = np.minimum(cdist(flat, flat), 0.5).sum(axis=1)  # of truncated chordal distances
-    inliers = S[np.linalg.norm(flat - flat[np.argmin(cost)], axis=1) < 0.5]
-    Q = Rotation.from_matrix(inliers.sum(axis=0))  # the chordal mean: projected on SO(3)
-    for _ in range(10):  # Weiszfeld steps to the geodesic L1 mean
-        v = (Rotation.from_matrix(inliers) * Q.inv()).as_rotvec()
-        angle = np.linalg.norm(v, axis=1)
-        away = angle > 1e-15
-        pull = (v[away] / angle[away, None]).sum(axis=0)
-        resting, strength = np.count_nonzero(~away), np.linalg.norm(pull)
-        if strength <= resting:  # the mean is one of the rotations
-            break
-        step = (1 - resting / strength) * pull / (1 / angle[away]).sum()
-        Q = Rotation.from_rotvec(step) * Q
-        if np.linalg.norm(step) < 0.001:  # radians
-            break
-    return np.asarray(Q.as_matrix())
+# --- Section 3, step 2: PCR-99 --------------------------------------------------------------------
 
 
 def pcr99(
@@ -193,10 +168,8 @@ def pcr99(
 ) -> tuple[Similarity | None, int]:
     """Return s, R, t with c_est = s R c + t by PCR-99, and the number of hypotheses.
 
-    Three cameras on a line have no normal. Their R is then the smallest rotation from line to line,
-    and they must beat other triangles by more than rounding; `literal` takes the normal that is
-    computed all the same, a rounding error scaled to unit length, as the authors' programs do: R is
-    in general no rotation.
+    Lee, Civera and Vandewalle, "PCR-99: A Practical Method for Point Cloud Registration with 99
+    Percent Outliers", arXiv 2402.16598, with random triplets and eq. 2 as the cost.
 
     Parameters
     ----------
@@ -211,7 +184,7 @@ def pcr99(
     prescreen : float
         Largest difference between the log edge ratios of a triplet.
     literal : bool
-        Whether R of three cameras on a line follows from rounding errors.
+        How three cameras on a line are registered; see `literal_frames`.
     **_ : object
         What else a `Registration` is given.
 
@@ -240,44 +213,18 @@ def pcr99(
         triplets = prescreened_triplets(c, c_est, n_hypotheses, prescreen, rng)
         if triplets.size == 0:
             return None, 0
-        s, R, t, flat = similarities(
-            c.T.take(triplets, axis=1), c_est.T.take(triplets, axis=1), literal
-        )
-        # Step 2c: the errors (c_est - t) / s - R c of all hypotheses in one product; the cheapest.
+        a, b = c.T.take(triplets, axis=1), c_est.T.take(triplets, axis=1)
+        flat = np.zeros(a.shape[2], dtype=bool) if literal else is_flat(a) | is_flat(b)
+        s, R, t = similarities(a, b, flat)
+        # Step 2c: the errors (c_est - t) / s - R c of all hypotheses h and cameras, in one product
+        # of [I / s, -R, -t / s] and [c_est, c, 1]; the hypothesis with the smallest m-th error.
         factors = np.dstack([np.eye(3) / s[:, None, None], -R, -t[:, :, None] / s[:, None, None]])
         points = np.vstack([c_est.T, c.T, np.ones(len(c))])
         residuals = (factors.reshape(-1, 7) @ points).reshape(len(s), 3, -1)
         squares = np.einsum("hin,hin->hn", residuals, residuals)
         cost = np.partition(squares, rank - 1, axis=1)[:, rank - 1]
-        cost += flat * (MARGIN * np.square(c - np.median(c, axis=0)).sum(axis=1).max())
-        best = np.lexsort([flat, cost])[0]
+        best = cheapest(cost, flat, c)
     return Similarity(float(s[best]), R[best], t[best]), len(s)
-
-
-def literal_frames(*positions: Floats, **settings: Any) -> tuple[Similarity | None, int]:
-    """Register by PCR-99 with literal frames; for ``alignscores.tas(..., registration=)``.
-
-    Parameters
-    ----------
-    *positions : (n, 3) ndarray
-        Finite camera centres of ground truth and estimate.
-    **settings : object
-        See `pcr99`.
-
-    Returns
-    -------
-    tuple of Similarity or None, and int
-        See `pcr99`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from alignscores import paper, tas
-    >>> line = np.arange(30)[:, None] * [1.0, 2.0, 3.0]
-    >>> tas(line, 2 * line, registration=paper.literal_frames).registration
-    'literal_frames'
-    """
-    return pcr99(*positions, literal=True, **settings)
 
 
 def prescreened_triplets(
@@ -291,7 +238,7 @@ def prescreened_triplets(
     n = len(c)
     with np.errstate(all="ignore"):
         rho = np.log(cdist(c_est, c_est) / cdist(c, c))
-    rho[~np.isfinite(rho)] = np.nan  # coincident cameras never pass
+    rho[~np.isfinite(rho)] = np.nan  # coincident cameras never pass, nor does a camera drawn twice
 
     def passes(triplets: Indices) -> Booleans:
         i, j, k = triplets
@@ -314,34 +261,75 @@ def prescreened_triplets(
     return passing[:, :n_wanted]
 
 
-def similarities(a: Floats, b: Floats, literal: bool) -> tuple[Floats, Floats, Floats, Booleans]:
-    """Return s, R, t from triangles a to b (3 coordinates, 3 corners, H), and which are flat.
+def similarities(a: Floats, b: Floats, flat: Booleans) -> tuple[Floats, Floats, Floats]:
+    """Return s, R, t from triangles a to b (3 coordinates, 3 corners, H).
 
     R takes the axes of a to those of b; s and t fit best in the sense of least squares.
     """
-    (A, a_sine), (B, b_sine) = axes(a), axes(b)
-    flat = np.logical_and(not literal, (a_sine <= FLAT) | (b_sine <= FLAT))
+    A, B = axes(a), axes(b)
     R = (B[:, :, None] * A[:, None]).sum(axis=0)  # (3, 3, H)
     R[:, :, flat] = smallest_rotation(A[0, :, flat], B[0, :, flat])
     a_mean, b_mean = a.mean(axis=1), b.mean(axis=1)
     turned = np.einsum("ijh,jkh->ikh", R, a - a_mean[:, None])
     s = ((b - b_mean[:, None]) * turned).sum(axis=(0, 1)) / np.square(turned).sum(axis=(0, 1))
     t = b_mean - s * np.einsum("ijh,jh->ih", R, a_mean)
-    return s, np.moveaxis(R, 2, 0), t.T, flat
+    return s, np.moveaxis(R, 2, 0), t.T
 
 
-def axes(corners: Floats) -> tuple[Floats, Floats]:
-    """Return the axes (3, 3 coordinates, H) of triangles and the sines (H,) of their first angles.
+def axes(corners: Floats) -> Floats:
+    """Return the axes (3, 3 coordinates, H) of triangles (3 coordinates, 3 corners, H).
 
-    The axes are along the first edge, along the normal, and normal to both.
+    They are along the first edge, along the normal, and normal to both.
     """
     edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     first = edge_1 / np.linalg.norm(edge_1, axis=0)
     normal = np.cross(first, edge_2, axis=0)
-    length = np.linalg.norm(normal, axis=0)
-    second = normal / length
-    third = np.cross(first, second, axis=0)
-    return np.stack([first, second, third]), length / np.linalg.norm(edge_2, axis=0)
+    second = normal / np.linalg.norm(normal, axis=0)
+    return np.stack([first, second, np.cross(first, second, axis=0)])
+
+
+# --- Section 4, step 1: the average of rotations --------------------------------------------------
+
+
+def average(S: Floats) -> Floats:
+    """Return the robust average of rotations (n, 3, 3): truncated least unsquared deviations.
+
+    Lee and Civera, "Robust Single Rotation Averaging Revisited", arXiv 2309.05388.
+    """
+    rows = S.reshape(-1, 9)
+    cost = np.minimum(cdist(rows, rows), 0.5).sum(axis=1)  # of truncated chordal distances
+    inliers = S[np.linalg.norm(rows - rows[np.argmin(cost)], axis=1) < 0.5]
+    Q = Rotation.from_matrix(inliers.sum(axis=0))  # the chordal mean: projected on SO(3)
+    for _ in range(10):  # Weiszfeld steps to the geodesic L1 mean
+        v = (Rotation.from_matrix(inliers) * Q.inv()).as_rotvec()
+        angle = np.linalg.norm(v, axis=1)
+        away = angle > 1e-15
+        pull = (v[away] / angle[away, None]).sum(axis=0)
+        resting, strength = np.count_nonzero(~away), np.linalg.norm(pull)
+        if strength <= resting:  # the mean is one of the rotations
+            break
+        step = (1 - resting / strength) * pull / (1 / angle[away]).sum()
+        Q = Rotation.from_rotvec(step) * Q
+        if np.linalg.norm(step) < 0.001:  # radians
+            break
+    return np.asarray(Q.as_matrix())
+
+
+# --- What the paper leaves open: three cameras on a line ------------------------------------------
+#
+# They have no normal. R is then the smallest rotation from line to line, and such a hypothesis must
+# be cheaper than all others by more than rounding.
+
+FLAT = 1e-6  # largest sine of the first angle of a triangle without a normal
+MARGIN = 64 * np.finfo(np.float64).eps  # rounding of squared errors, as a share of the largest c^2
+
+
+def is_flat(corners: Floats) -> Booleans:
+    """Return which triangles (3 coordinates, 3 corners, H) have no normal."""
+    edge_1, edge_2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(edge_1 / np.linalg.norm(edge_1, axis=0), edge_2, axis=0)
+    sine = np.linalg.norm(normal, axis=0) / np.linalg.norm(edge_2, axis=0)
+    return np.asarray(sine <= FLAT)
 
 
 def smallest_rotation(a: Floats, b: Floats) -> Floats:
@@ -354,3 +342,38 @@ def smallest_rotation(a: Floats, b: Floats) -> Floats:
     h = h / np.linalg.norm(h, axis=1)[:, None]
     first, second = (np.eye(3) - 2 * v[:, :, None] * v[:, None] for v in (a, h))
     return np.moveaxis(second @ first, 0, 2)
+
+
+def cheapest(cost: Floats, flat: Booleans, c: Floats) -> int:
+    """Return the cheapest hypothesis; a flat triangle must win by more than rounding."""
+    rounding = MARGIN * np.square(c - np.median(c, axis=0)).sum(axis=1).max()
+    return int(np.lexsort([flat, cost + flat * rounding])[0])
+
+
+def literal_frames(*positions: Floats, **settings: Any) -> tuple[Similarity | None, int]:
+    """Register by PCR-99 with literal frames; for ``alignscores.tas(..., registration=)``.
+
+    Three cameras on a line have no normal. This takes the one that is computed all the same, a
+    rounding error scaled to unit length, as the authors' programs do: R is in general no rotation.
+
+    Parameters
+    ----------
+    *positions : (n, 3) ndarray
+        Finite camera centres of ground truth and estimate.
+    **settings : object
+        See `pcr99`.
+
+    Returns
+    -------
+    tuple of Similarity or None, and int
+        See `pcr99`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from alignscores import paper, tas
+    >>> line = np.arange(30)[:, None] * [1.0, 2.0, 3.0]
+    >>> tas(line, 2 * line, registration=paper.literal_frames).registration
+    'literal_frames'
+    """
+    return pcr99(*positions, literal=True, **settings)

@@ -15,6 +15,7 @@ __all__ = [
     "brief",
     "distinct",
     "first_few",
+    "groups_alike",
     "numbered",
     "padded",
 ]
@@ -33,14 +34,21 @@ def first_few(texts: Sequence[str]) -> str:
 
 def alike(notes: Iterable[tuple[str, str]]) -> list[str]:
     """Return each note after its name; notes that differ only in numbers share a line."""
-    lines: dict[str, list[str]] = {}
+    lines = []
+    for first, *others in groups_alike(notes):
+        more = f"{len(others)} more like it"
+        if len(others) == 1 and others[0][0]:
+            more = f"one like it for {others[0][0]}"
+        lines.append(": ".join(filter(None, first)) + (f" (and {more})" if others else ""))
+    return lines
+
+
+def groups_alike(notes: Iterable[tuple[str, str]]) -> list[list[tuple[str, str]]]:
+    """Return groups of names and notes that differ only in numbers."""
+    groups: dict[str, list[tuple[str, str]]] = {}
     for name, note in notes:
-        line = f"{name}: {note}" if name else note
-        lines.setdefault(re.sub(r"[\d.]+", "", note), []).append(line)
-    return [
-        f"{first} (and {len(others)} more like it)" if others else first
-        for first, *others in lines.values()
-    ]
+        groups.setdefault(re.sub(r"[\d.]+", "", note), []).append((name, note))
+    return list(groups.values())
 
 
 def brief(value: Any) -> str:

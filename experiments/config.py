@@ -69,7 +69,9 @@ def one_of(choices: Collection[str]) -> AfterValidator:
 
     def check(value: str) -> str:
         if value not in choices:
-            raise ValueError(f"must be one of {', '.join(choices)}, not {brief(value)}")
+            near = get_close_matches(value, choices, n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise ValueError(f"must be one of {', '.join(choices)}, not {brief(value)}{hint}")
         return value
 
     return AfterValidator(check)
@@ -241,6 +243,8 @@ def hydra_errors(overrides: str) -> Iterator[None]:
         reason = str(error).splitlines()[0].rstrip(".")
         nearest = _nearest_name(reason)
         advice = f"did you mean {nearest}?" if nearest else "run: python -m experiments.run --help"
+        if reason.startswith("Error parsing") and "(" in reason:
+            advice = "quote names with brackets: \"metrics=[TAS,'TAS(max_threshold=2)']\""
         raise ConfigError(f"cannot read {overrides}: {reason}; {advice}") from None
 
 

@@ -3,6 +3,7 @@
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from importlib import import_module
 from inspect import getdoc, signature
 from io import BytesIO
@@ -60,8 +61,10 @@ def _work(options: Namespace) -> list[Path]:
 
 def _draw_table(table: Path, others: Sequence[Path], output: Sequence[Path]) -> list[Path]:
     """Draw any table of trials."""
-    if others:
-        raise CommandError(f"unknown figure {table}; the paper's are {', '.join(FIGURES)}")
+    if others or not (table.suffix or table.exists()):
+        near = get_close_matches(str(table), FIGURES, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"the paper's are {', '.join(FIGURES)}"
+        raise CommandError(f"unknown figure {table}; {hint}")
     default = table.with_suffix(".png")
     if not output and default.exists():
         raise CommandError(f"{default} exists, and is not replaced; name a file with --output")
@@ -97,9 +100,7 @@ def _draw(draw: Callable[..., Figure], paths: Sequence[Path], output: Sequence[P
     if len(signature(draw).parameters) != len(paths) and draw is not draw_trials:
         n = len(paths)
         raise CommandError(f"{draw.__name__} is not drawn from {n} table{'s' if n != 1 else ''}")
-    if draw in [function for function, _ in FIGURES.values()]:
-        for path in paths:
-            read_record(path)  # the paper's figures refuse a table that was changed
+    _check_records(draw, paths)
     tables = [read(path) for path in paths]
     title = (getdoc(draw) or draw.__name__).partition("\n")[0]
     with style.applied():
@@ -108,6 +109,17 @@ def _draw(draw: Callable[..., Figure], paths: Sequence[Path], output: Sequence[P
         except ValueError as error:
             raise CommandError(f"{' or '.join(map(str, paths))} {error}") from None
         return write_figure(figure, output, title)
+
+
+def _check_records(draw: Callable[..., Figure], paths: Sequence[Path]) -> None:
+    """Check that a figure of the paper gets its experiments, from tables that were not changed."""
+    for name, (function, experiments) in FIGURES.items():
+        if function is draw:
+            names = [read_record(path).sweeps[0].name for path in paths]
+            for path, found, experiment in zip(paths, names, experiments, strict=True):
+                if found != experiment:
+                    needed = f"{name} is drawn from trials of {', '.join(experiments)}"
+                    raise CommandError(f"{needed}; {path} has trials of {found}")
 
 
 def _settings(path: Path) -> Any:

@@ -1,11 +1,13 @@
 """Trials as curves: a panel for each metric, noise along the x axis, a colour for each curve.
 
-The height of a grey column is the range of all curves at a noise level, the height of a bar above
-"all" the range of one curve over all noise levels: the captions of the paper compare these ranges.
+The height of a grey column is the range of all trials at a noise level, the height of a bar above
+"all" the range of all trials of a colour over all noise levels: the captions of the paper compare
+these ranges. On a logarithmic axis heights are ratios, so there are no bars.
 """
 
 from collections.abc import Sequence
 from math import ceil
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -36,7 +38,7 @@ NAMES = {  # of the settings: above the key of colours, and below an axis
 ALONG_X = ("sigma_t", "sigma_r_deg", "n_outliers", "n_cameras")  # the first one that varies
 IN_COLOUR = ("n_outliers", "n_cameras", "sigma_r_deg", "sigma_t", *TEXTS)
 
-GROUP = 0.76  # width of the curves around a level, in levels
+GROUP = 0.76  # width of the strokes around a level, in levels, if there are ten or more
 STRIP = 0.3  # width of the bars at the right, as a share of the levels' width
 THICK, THIN = (
     1.6,
@@ -154,7 +156,7 @@ def draw_block(
 def draw_panel(
     axes: Axes, trials: pd.DataFrame, metric: str, x: Sequence[str], series: str
 ) -> None:
-    """Draw a metric at equal steps of the noise, so that levels of any spacing stay apart."""
+    """Draw a metric at equal steps of the levels, so that levels of any spacing stay apart."""
     finite = trials[np.isfinite(trials[metric])]
     values = sorted(trials[series].unique())
     levels = trials[list(x)].drop_duplicates().sort_values(x[0])
@@ -165,27 +167,36 @@ def draw_panel(
     )
 
     positions = np.arange(len(levels))
+    group = GROUP * min(1, len(levels) / 10)  # strokes of few, wide levels stay near their curve
     colours = style.colours(series, len(values))
     widths = np.linspace(THICK if len(values) > 1 else THIN, THIN, len(values))
     bottom, top = np.fmin.reduce(low), np.fmax.reduce(high)
     axes.bar(positions, top - bottom, 0.94, bottom, color=style.GREY_BAND, zorder=0.5)
     for j, colour in enumerate(colours):
-        offset = GROUP * ((j + 0.5) / len(values) - 0.5)
+        offset = group * ((j + 0.5) / len(values) - 0.5)
         red, green, blue = (1 - 0.65 * (1 - part) for part in colour)  # closer to white
         axes.vlines(positions + offset, low[j], high[j], (red, green, blue), linewidth=0.4)
         axes.plot(positions, mean[j], color=colour, linewidth=widths[j])
     edges = len(levels) - 0.2 + max(STRIP * len(levels), 0.5) * np.linspace(0, 1, len(values) + 1)
     centres, width = (edges[:-1] + edges[1:]) / 2, 0.85 * (edges[1] - edges[0])
     bottom, top = np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1)
-    axes.bar(centres, top - bottom, width, bottom, color=colours)
+    describe(axes, metric, mean, float(np.fmin.reduce(bottom)), float(np.fmax.reduce(top)))
 
     labels = ["\n".join(map(write, x, row)) for row in levels.itertuples(index=False)]
     longest = max(len(line) for label in labels for line in label.split("\n"))
     every = ceil(len(labels) * (2 + longest) / 20)
-    axes.set_xticks([*positions[::every], centres.mean()], [*labels[::every], "all"])
+    ticks, middle = positions[::every], centres.mean()
+    if axes.get_yscale() == "linear":
+        axes.bar(centres, top - bottom, width, bottom, color=colours)
+        axes.set_xticks([*ticks, middle], [*labels[::every], "all"])
+    else:
+        axes.set_xticks(ticks, labels[::every])
+        placed: Any = {"ha": "center", "va": "center", "size": style.SMALL, "color": style.FAINT}
+        axes.text(middle, 0.5, "no bars", transform=axes.get_xaxis_transform(), **placed)
     axes.set_xlim(-0.65, edges[-1])
-    axes.set_xlabel(" and ".join(NAMES[name] for name in x))
-    describe(axes, metric, mean, float(np.fmin.reduce(bottom)), float(np.fmax.reduce(top)))
+    steps = np.diff(levels[x[0]].to_numpy(float))
+    note = "" if np.allclose(steps, steps[:1]) else "\n(not to scale)"
+    axes.set_xlabel(" and ".join(NAMES[name] for name in x) + note)
     if len(finite) < len(trials):
         n_missing = f"{len(trials) - len(finite)} trials without a value"
         axes.set_title(f"{axes.get_title('left')}\n({n_missing})")
@@ -232,12 +243,12 @@ def explain_glyphs(figure: Figure, trials: pd.DataFrame, x: Sequence[str]) -> No
     """Draw the key of lines and bars below the panels."""
     cells = [*CELL_SETTINGS, *(name for name in TEXTS if name in trials)]
     n_trials = trials.groupby(cells).size().max()
-    over = " over all noise" if x[0].startswith("sigma") else ""
+    level = "noise" if x[0].startswith("sigma") else "level"
     handles: dict[str, Artist] = {
-        "mean": Line2D([], [], color=style.FAINT),
-        f"min to max of {n_trials} trial{'s' if n_trials > 1 else ''}": _stroke(0.5),
-        "min to max of all curves": Patch(color=style.GREY_BAND),
-        f"min to max of one curve{over}": _stroke(2.2),
+        f"mean of {n_trials} trial{'s' if n_trials > 1 else ''}": Line2D([], [], color=style.FAINT),
+        "their min to max": _stroke(0.5),
+        f"min to max of all trials at this {level}": Patch(color=style.GREY_BAND),
+        "min to max of all trials of this colour": _stroke(2.2),
     }
     figure.legend(
         list(handles.values()),

@@ -24,7 +24,7 @@ def outliers(trials: pd.DataFrame) -> Figure:
 
 
 def collinear(trials: pd.DataFrame) -> Figure:
-    """Figure 3: translation metrics of collinear cameras against position noise, for outliers."""
+    """Figure 3: translation metrics on a line against noise, for each number of outliers."""
     return draw_trials(trials, POSITIONS)
 
 

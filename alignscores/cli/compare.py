@@ -161,7 +161,9 @@ def _run(argv: Sequence[str]) -> int:
     reasons = reasons_to_fail(gate, comparison, changed) if gate else []
     problems = problems_of(comparison)
     if changed and changed.is_void and any(condition.relation == WORSE for condition in gate):
-        problems.append(f"no system can be worse at a level of {changed.level:g}: too few runs")
+        problems.append(
+            f"no system could be shown to be worse at a level of {changed.level:g}: too few runs"
+        )
 
     for option, path in outputs.items():
         try:
@@ -177,8 +179,15 @@ def _run(argv: Sequence[str]) -> int:
     if arguments.show in ("csv", "latex"):  # the other forms have them below the verdict
         for note in comparison.notes + (changed.notes if changed else []):
             print_note(note)
-    for problem in [*problems, *reasons]:
-        print_error(problem)
+    return _end(problems, reasons, arguments.fail_on)
+
+
+def _end(problems: Sequence[str], reasons: Sequence[str], conditions: str) -> int:
+    """Print what is wrong, or which conditions are passed; return the exit code."""
+    for line in [*problems, *reasons]:
+        print_error(line)
+    if conditions and not problems and not reasons:
+        print_note(f"passed: {conditions}")
     return FAILS if reasons else int(bool(problems))
 
 

@@ -134,7 +134,7 @@ class Comparison:
         >>> compare(runs, by="PAS").verdict[0][:44]
         'a is ahead of b: it wins 100 % of the run pa'
         """
-        return verdict(self.distinct, self.by, self.overall, self.pairs)
+        return verdict(self.distinct, self.by, self.larger, self.overall, self.pairs)
 
     @cached_property
     def notes(self) -> list[str]:

@@ -104,8 +104,11 @@ def _reasons(
             if math.isnan(value):
                 yield f"{row['system']}: has no {condition.name}"
             elif value < condition.limit if condition.relation == "<" else value > condition.limit:
-                limit = f"{condition.relation} {condition.limit:g}"
-                yield f"{row['system']}: {condition.name} {number(value)} {limit}"
+                values = number(value), f"{condition.limit:g}"
+                if condition.name in names:
+                    values = f"{100 * value:.4g}%", f"{100 * condition.limit:g}%"
+                text = f" {condition.relation} ".join(values)
+                yield f"{row['system']}: {condition.name} {text}"
 
 
 def _from_to(row: Mapping[str, Any], name: str) -> str:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Booleans, Floats
-from ..evaluation.evaluation import FAILED, LOST, Evaluation
+from ..evaluation.evaluation import FAILED, LOST, Evaluation, Hint
 from ..evaluation.notes import collected_warnings, why
 from ..evaluation.reading import files_below, read_reference
 from ..evaluation.rigs import of_model
@@ -101,7 +101,12 @@ def score_runs(
             row["error"] = f"{task.run.system}: has no run {task.run.run} on {task.run.sequence}"
         empty = {"status": "", "error": "", **dict.fromkeys(metrics, math.nan), "n": 0, "lost": 1.0}
         empty |= {"d": math.nan, "scale": math.nan, "chance": math.nan, "reference_rotations": None}
-        empty |= {"notes": "", "low_score": "", "settings": settings_text(task.settings)}
+        empty |= {
+            "notes": "",
+            "hints": "",
+            "low_score": "",
+            "settings": settings_text(task.settings),
+        }
         rows[index] = {**vars(task.run), **empty, **row}
     table = pandas.DataFrame([rows[index] for index in range(len(tasks))])
     table["file"] = table["file"].fillna("")
@@ -208,7 +213,9 @@ def _row(evaluation: Evaluation) -> dict[str, Any]:
     """Return what the table has of an evaluation."""
     names = list(dict.fromkeys([*SCORES, *evaluation.settings.metrics]))
     scores = {name: _score(evaluation, name) for name in names}
-    notes = [str(note) for note in evaluation.notes if note.kind != "low"]
+    hints = [str(note) for note in evaluation.notes if isinstance(note, Hint)]
+    others = [note for note in evaluation.notes if not isinstance(note, Hint)]
+    notes = [str(note) for note in others if note.kind != "low"]
     metrics = evaluation.settings.metrics
     without_value = [name for name in metrics if evaluation.value(name) is None]
     if failed := [name for name in without_value if not math.isnan(scores[name])]:
@@ -227,6 +234,7 @@ def _row(evaluation: Evaluation) -> dict[str, Any]:
         "scale": math.nan if evaluation.scale is None else evaluation.scale,
         "chance": evaluation.chance,
         "notes": SEPARATOR.join(notes),
+        "hints": SEPARATOR.join(hints),
         "low_score": next((note.text for note in evaluation.notes if note.kind == "low"), ""),
     }
 
@@ -292,7 +300,7 @@ def _read_stored(file: Path) -> Result | None:
         stored = json.loads(read_bytes(file))
         row, errors = dict(stored["row"]), dict(stored["errors"])
         numbers = [row[name] for name in (*SCORES, "n", "lost", "d", "scale", "chance")]
-        texts = [row[name] for name in ("notes", "low_score")]
+        texts = [row[name] for name in ("notes", "hints", "low_score")]
         if not all(isinstance(value, (int, float)) for value in numbers):
             return None
         if row["status"] != "scored" or not all(isinstance(value, str) for value in texts):

@@ -23,6 +23,7 @@ __all__ = [
     "WITHIN",
     "Better",
     "Design",
+    "best_means",
     "checked",
     "common_sequences",
     "completed",
@@ -88,7 +89,7 @@ def _with_values(runs: pd.DataFrame, by: str) -> pd.DataFrame:
         runs["status"] = np.where(runs[by].isna(), "failed", "scored")
     if not runs["status"].isin(STATUSES).all():
         raise ValueError(f"status in the table of runs must be one of {', '.join(STATUSES)}")
-    for name in ("file", "error", "notes", "low_score", "settings"):
+    for name in ("file", "error", "notes", "hints", "low_score", "settings"):
         texts = runs[name] if name in runs else [""] * len(runs)
         runs[name] = ["" if pd.isna(text) else printable(str(text)) for text in texts]
     if "reference_rotations" not in runs:
@@ -217,6 +218,14 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
     return table.sort_values(
         "system", key=lambda names: names.map(position), kind="stable", ignore_index=True
     )
+
+
+def best_means(means: "pd.Series[float]", larger: bool) -> "pd.Series[bool]":
+    """Return which means are the best; none where no other one is worse."""
+    order = (means if larger else -means).astype(float)
+    best = order.max()
+    is_best = pd.Series(np.isclose(order, best, rtol=1e-9, atol=0), means.index)
+    return is_best & bool((order[~is_best] < best).any()) & np.isfinite(order)
 
 
 def _on(pairs: pd.DataFrame, sequence: str | None) -> pd.DataFrame:

@@ -19,7 +19,14 @@ from ..metrics import header
 from ..texts import text_table
 from .comparison import Comparison
 from .statistics import LEVEL
-from .summary import common_sequences, larger_is_better, metric_columns, pairs_of, records
+from .summary import (
+    best_means,
+    common_sequences,
+    larger_is_better,
+    metric_columns,
+    pairs_of,
+    records,
+)
 from .verdict import p_text
 
 __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "legend"]
@@ -59,6 +66,14 @@ LATEX = str.maketrans(
         '"': r"\textquotedbl{}",
     }
 )
+BOLD = "bold: best mean, significant or not"
+EQUAL, UNTESTED, FAILED = "$^{=}$", r"$^{\mathrm{n}}$", r"$^{\dagger}$"  # marks in LaTeX
+LATEX_LEGEND = {
+    EQUAL: rf"{EQUAL}\,not significantly different from the best "
+    rf"(false discovery rate {100 * LEVEL:.0f}\,\%)",
+    UNTESTED: rf"{UNTESTED}\,too few runs for a test against the best",
+    FAILED: rf"{FAILED}\,mean without the failed runs",
+}
 TEXT = TableStyle(str, str)
 MARKDOWN = TableStyle(markdown, lambda text: f"**{text}**")
 HTML = TableStyle(escape, lambda text: f"<b>{text}</b>")
@@ -93,6 +108,11 @@ def _header(name: str, comparison: Comparison) -> str:
         return name
 
 
+def _larger(comparison: Comparison, name: str) -> bool:
+    """Return whether larger values of a metric are better."""
+    return comparison.larger if name == comparison.by else larger_is_better(name)
+
+
 def _same_sequences(comparison: Comparison) -> bool:
     """Return whether all systems were run on all sequences."""
     return len(common_sequences(comparison.distinct)) == comparison.runs["sequence"].nunique()
@@ -113,15 +133,17 @@ def _value(row: Mapping[str, Any], name: str) -> str:
 
 
 def overall(comparison: Comparison, style: TableStyle = TEXT) -> pd.DataFrame:
-    """Return rank, means, failed runs and coverage of each system."""
+    """Return rank, means, failed runs and coverage of each system; best means are bold."""
     n_sequences = comparison.runs["sequence"].nunique()
+    names = _metric_names(comparison)
+    best = {name: best_means(comparison.overall[name], _larger(comparison, name)) for name in names}
     rows = []
-    for row in records(comparison.overall):
+    for index, row in zip(comparison.overall.index, records(comparison.overall), strict=True):
         cells = {"system": style.escape(row["system"]), "rank": _rank(row)}
-        for name in _metric_names(comparison):
+        for name in names:
             text = _value(row, name)
-            is_best = name == comparison.by and row["rank_best"] == row["rank_worst"] == 1
-            cells[style.escape(_header(name, comparison))] = style.bold(text) if is_best else text
+            text = style.bold(text) if best[name][index] else text
+            cells[style.escape(_header(name, comparison))] = text
         if not _same_sequences(comparison):
             all_mean = number(float(row[f"{comparison.by}_all"]))
             cells[style.escape(f"{comparison.by} (all)")] = all_mean
@@ -135,9 +157,11 @@ def overall(comparison: Comparison, style: TableStyle = TEXT) -> pd.DataFrame:
 
 
 def by_sequence(comparison: Comparison, style: TableStyle = TEXT) -> pd.DataFrame:
-    """Return the metric of each system on each sequence, and d."""
+    """Return the metric of each system on each sequence, the best in bold, and d."""
     sequences = comparison.runs["sequence"].unique()
-    by_key = {(row["system"], row["sequence"]): row for row in records(comparison.summary)}
+    means = comparison.summary.dropna(subset="sequence")
+    best = means.groupby("sequence")[comparison.by].transform(best_means, comparison.larger)
+    by_key = {(row["system"], row["sequence"]): row for row in records(means.assign(best=best))}
     corner = style.escape(_header(comparison.by, comparison))
     rows = []
     for system in comparison.overall["system"]:
@@ -146,8 +170,7 @@ def by_sequence(comparison: Comparison, style: TableStyle = TEXT) -> pd.DataFram
             text = "not tried"
             if row := by_key.get((system, sequence)):
                 text = _value(row, comparison.by)
-                if row["rank_best"] == row["rank_worst"] == 1:
-                    text = style.bold(text)
+                text = style.bold(text) if row["best"] else text
                 text += f" ({_rank(row)})" if not math.isnan(row["rank_best"]) else ""
                 text += f" †{row['failed']}" if row["failed"] and "†" not in text else ""
             cells[style.escape(sequence)] = text
@@ -175,16 +198,15 @@ def latex_table(comparison: Comparison) -> pd.DataFrame:
     """Return systems by metrics with mean and standard deviation of the runs.
 
     The best mean has three digits and is bold; = marks systems that are not significantly different
-    from it.
+    from it, n those that are not tested against it.
     """
     systems = comparison.overall["system"]
     columns = {"system": [latex(system) for system in systems]}
     for name in dict.fromkeys([*METRICS[:4], comparison.by]):
         if name not in comparison.overall:
             continue
-        larger, pairs = comparison.larger, comparison.pairs
+        larger, pairs = _larger(comparison, name), comparison.pairs
         if name != comparison.by:
-            larger = larger_is_better(name)
             pairs = pairs_of(comparison.distinct, name, larger, comparison.design)
         decimals, cells = _latex_column(comparison.overall, name, larger, pairs)
         columns[latex(_header(name, comparison))] = cells
@@ -200,23 +222,22 @@ def _latex_column(
     """Return decimals and cells of a metric: mean and deviation, the best in bold, and marks."""
     failed = np.isinf(table[name])  # of an error: the mean is over the other runs
     means = table[name].where(~failed, table[f"{name}_scored"])
-    order = (table[name] if larger else -table[name]).fillna(-math.inf).to_numpy()
-    best = table["system"].iloc[int(order.argmax())] if np.isfinite(order.max()) else None
+    best = table["system"][best_means(table[name], larger)].tolist()
     marks = {}
     for pair in records(pairs[pairs["sequence"].isna()]):
-        if best in (pair["a"], pair["b"]):
-            other = pair["b"] if pair["a"] == best else pair["a"]
+        if best[:1] in ([pair["a"]], [pair["b"]]):
+            other = pair["b"] if pair["a"] == best[0] else pair["a"]
             untested, significant = math.isnan(pair["p"]), isinstance(pair["better"], str)
-            marks[other] = r"$^{\circ}$" if untested else "" if significant else "$^{=}$"
-    largest = abs(order.max())
+            marks[other] = UNTESTED if untested else "" if significant else EQUAL
+    largest = abs(table[name].max() if larger else table[name].min())
     decimals = max(0, 3 - math.ceil(math.log10(largest))) if 1e-9 < largest < math.inf else 3
     cells = []
     for row, mean, without_failed in zip(records(table), means, failed, strict=True):
         text = _fixed(mean, decimals)
-        text = rf"\textbf{{{text}}}" if row["system"] == best else text
+        text = rf"\textbf{{{text}}}" if row["system"] in best else text
         deviation = row[f"{name}_sd"]
         text += rf" $\pm$ {deviation:.{decimals}f}" if math.isfinite(deviation) else ""
-        text += r"$^{\dagger}$" if without_failed and math.isfinite(mean) else ""
+        text += FAILED if without_failed and math.isfinite(mean) else ""
         cells.append(text + marks.get(row["system"], ""))
     return decimals, cells
 
@@ -226,27 +247,37 @@ def _fixed(value: float, decimals: int) -> str:
 
 
 def as_latex(comparison: Comparison) -> str:
-    """Return the table for a paper, with verdict and notes as comments below."""
+    """Return the table for a paper with its legend, and verdict and notes as comments below."""
     require("jinja2", "compare")
     table = latex_table(comparison)
-    aligned = "l" + "r" * (len(table.columns) - 1)
-    text = str(table.to_latex(index=False, escape=False, column_format=aligned))
-    lines = [
-        "Mean over sequences +- standard deviation of the runs on a sequence. Bold: the best mean;",
-        f"=: not significantly different from it (false discovery rate {100 * LEVEL:.0f} %);",
-        "o: too few runs for a test against it; dagger: the mean without failed runs.",
-        *comparison.verdict,
-        *(f"note: {note}" for note in comparison.notes),
-    ]
-    return text + "".join(f"% {line}\n" for line in lines)
+    n = len(table.columns)
+    text = str(table.to_latex(index=False, escape=False, column_format="l" + "r" * (n - 1)))
+    means = f"mean over {_sequences(comparison)}"
+    legend = [rf"{means} $\pm$ standard deviation of the runs on a sequence"]
+    legend += [BOLD] if r"\textbf" in text else []
+    legend += [line for mark, line in LATEX_LEGEND.items() if mark in text]
+    footer = "".join(
+        rf"\multicolumn{{{n}}}{{l}}{{\footnotesize {line}}} \\" + "\n" for line in legend
+    )
+    lines = [*comparison.verdict, *(f"note: {note}" for note in comparison.notes)]
+    end = r"\end{tabular}"
+    return text.replace(end, footer + end) + "".join(f"% {line}\n" for line in lines)
 
 
-def legend(comparison: Comparison) -> list[str]:
+def _sequences(comparison: Comparison) -> str:
+    """Return which sequences means are over."""
+    n = len(common_sequences(comparison.distinct))
+    if _same_sequences(comparison) or not n:
+        return "sequences"
+    return f"the {n} sequences that all systems have" if n > 1 else "the sequence all systems have"
+
+
+def legend(comparison: Comparison, style: TableStyle = TEXT) -> list[str]:
     """Return the two lines below the tables."""
-    lines = ["means over runs, then sequences; a failed run has the worst value"]
+    lines = [f"means over runs, then {_sequences(comparison)}; a failed run has the worst value"]
     if comparison.settings is not None:
         lines[0] += f"; {comparison.settings.how_aligned}"
-    marks = []
+    marks = [] if style is TEXT else [BOLD]
     ranks = comparison.summary[["rank_best", "rank_worst"]].dropna()
     if (ranks["rank_best"] != ranks["rank_worst"]).any():
         marks.append(

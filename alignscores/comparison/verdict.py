@@ -8,15 +8,17 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from ..texts import alike, first_few
+from ..texts import alike, first_few, groups_alike
 from .runs import SEPARATOR
 from .statistics import LEVEL, MIN_RUNS
-from .summary import DEPENDENT, PAIRED, SINGLE, Design, common_sequences, records
+from .summary import DEPENDENT, PAIRED, SINGLE, Design, best_means, common_sequences, records
 
 __all__ = ["difference_text", "notes_on_runs", "p_text", "verdict"]
 
 
-def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFrame) -> list[str]:
+def verdict(
+    runs: pd.DataFrame, by: str, larger: bool, overall: pd.DataFrame, pairs: pd.DataFrame
+) -> list[str]:
     """Return sentences on the systems over all sequences."""
     scored = runs[runs["status"] == "scored"]
     if len(scored) and not scored[by].notna().any():
@@ -29,7 +31,7 @@ def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFr
     pairs = pairs.assign(first=positions.min(axis=1), second=positions.max(axis=1))
     pairs = pairs.sort_values(["first", "second"])
     tested = pairs[pairs["p"].notna()]
-    lines = []
+    lines, of_leader, leader = [], tested, ""
     if len(tested):
         leader = order[tested["first"].iloc[0]]
         of_leader = tested[(tested["a"] == leader) | (tested["b"] == leader)]
@@ -40,6 +42,15 @@ def verdict(runs: pd.DataFrame, by: str, overall: pd.DataFrame, pairs: pd.DataFr
             f"{n} of {len(tested)} pairs of systems differ significantly; at most "
             f"{100 * LEVEL:.0f} % of the differences that are called significant are expected to "
             "be false. The adjusted p of a pair depends a little on the other pairs."
+        )
+    best = overall["system"][best_means(overall[by], larger)].tolist()
+    compared = {leader, *of_leader["a"], *of_leader["b"]}
+    if len(best) == 1 and best[0] not in compared:
+        mean = overall.loc[overall["system"] == best[0], by].item()
+        n = len(common_sequences(runs))
+        lines.append(
+            f"{best[0]} has the {'highest' if larger else 'lowest'} mean {by} ({mean:.4g}, "
+            f"{_number(n, 'sequence')}), but too few runs for a test."
         )
     return [*lines, *_too_few_runs(pairs), *_without_value(runs, by), *_missing_sequences(runs, by)]
 
@@ -180,13 +191,25 @@ def notes_on_runs(runs: pd.DataFrame, by: str, design: Design) -> list[str]:
             "if they shared a build or a night: --runs dependent counts each as one value"
         )
     for _, group in runs.groupby("system", sort=False):
-        lines += alike(
-            ("{sequence}, {system}, run {run}".format(**row), note)
-            for row in records(group)
-            for note in row["notes"].split(SEPARATOR)
-            if note
-        )
+        lines += alike(_named(group, "notes"))
+        n_sequences = group["sequence"].nunique()
+        if len(group) == n_sequences:
+            lines += alike(_named(group, "hints"))
+            continue
+        for (name, hint), *others in groups_alike(_named(group, "hints")):
+            where = f" of {len(others) + 1} of {n_sequences} sequences" if n_sequences > 1 else ""
+            lines.append(f"{name}: {hint} (in the first run{where}; further runs are not checked)")
     return lines
+
+
+def _named(runs: pd.DataFrame, column: str) -> list[tuple[str, str]]:
+    """Return the notes of runs after the names of these."""
+    return [
+        ("{sequence}, {system}, run {run}".format(**row), note)
+        for row in records(runs)
+        for note in row[column].split(SEPARATOR)
+        if note
+    ]
 
 
 def _dependence(runs: pd.DataFrame, by: str) -> float:

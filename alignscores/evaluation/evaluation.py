@@ -54,6 +54,10 @@ class Note:
         return str(self) if self.kind == "file" else f"{name}: {self}"
 
 
+class Hint(Note):
+    """A note on what looks like a mistake in a file; `alignscores compare` checks first runs."""
+
+
 @dataclass(frozen=True)
 class Model:
     """A model of an estimate of several: its size, and its scores with all other images missing.

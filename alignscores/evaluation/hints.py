@@ -37,7 +37,7 @@ from .conventions import (
     fit_positions,
     is_common,
 )
-from .evaluation import Note
+from .evaluation import Hint, Note
 from .settings import Settings
 from .time import nearest_stamps
 
@@ -188,7 +188,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy], min_t: float, attempt: At
         option += (
             f"; or two axes of a file are swapped or mirrored ({name} {mirrored:.3f} corrected)"
         )
-    note = Note(chosen.kind, f"{chosen.text} {gain}", option)
+    note = Hint(chosen.kind, f"{chosen.text} {gain}", option)
     return replace(best, notes=(*state.notes, note))
 
 

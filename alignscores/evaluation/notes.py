@@ -13,7 +13,7 @@ from ..io import TrajectoryWarning
 from ..texts import printable
 from ..validation import AlignmentWarning
 from .conventions import describe_rotation
-from .evaluation import Evaluation, Note
+from .evaluation import Evaluation, Hint, Note
 from .rigs import clumps
 from .settings import Settings
 from .time import is_near
@@ -129,7 +129,7 @@ def small_unit(evaluation: Evaluation) -> Note | None:
     remedy = (
         "--rig_frames takes rig frames from the names" if has_names else f"--unit {spacing:.3g}"
     )
-    return Note("spacing", text, f"if these are cameras of one rig, {remedy}, in Python groups=")
+    return Hint("spacing", text, f"if these are cameras of one rig, {remedy}, in Python groups=")
 
 
 def left_out_frames(evaluation: Evaluation) -> Note | None:

@@ -64,7 +64,7 @@ def page_of_comparison(
     sections += [
         {
             "heading": "All sequences",
-            "text": [*legend(comparison), *conditions(comparison.settings)],
+            "text": [*legend(comparison, HTML), *conditions(comparison.settings)],
             "table": _rows(overall(comparison, HTML)),
         },
         {"heading": f"{by} by sequence", "table": _rows(by_sequence(comparison, HTML))},

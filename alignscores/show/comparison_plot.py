@@ -72,19 +72,22 @@ def _draw_runs(part: SubFigure, comparison: Comparison, rows: int, columns: int)
         panel.set_visible(False)
     _name_rows(panels[0], distinct(systems, LONGEST))
     part.supxlabel(by, fontsize="medium").set_parse_math(False)
-    part.suptitle("runs; lines: means of the scored ones; crosses: failed ones", fontsize="medium")
+    title = "runs; lines: means of the scored ones; crosses: failed ones"
+    scales = "; each panel has its own scale" if len(sequences) > 1 else ""
+    part.suptitle(title + scales, fontsize="medium")
 
 
 def _draw_differences(part: SubFigure, pairs: list[dict[str, Any]], by: str) -> None:
-    """Draw the difference of each pair, with its interval where it is significant."""
+    """Draw the difference of each pair with its interval, dashed where it is not significant."""
     axes = part.subplots()
     systems = list(dict.fromkeys(pair[name] for pair in pairs for name in "ab"))
     short = dict(zip(systems, distinct(systems, LONGEST), strict=True))
     axes.axvline(0, color="0.3", linewidth=0.8)
     for row, pair in enumerate(pairs):
         ahead, value = isinstance(pair["better"], str), pair["difference"]
-        if ahead and np.isfinite(pair["low"]):
-            axes.plot([pair["low"], pair["high"]], [row, row], color=COLOUR, linewidth=2)
+        if np.isfinite(pair["low"]):
+            ends, line = [pair["low"], pair["high"]], "-" if ahead else "--"
+            axes.plot(ends, [row, row], line, color=COLOUR, linewidth=2 if ahead else 1)
         axes.plot(value, row, "o", color=COLOUR, ms=7, mfc=COLOUR if ahead else "white")
     _name_rows(axes, [f"{short[pair['a']]} − {short[pair['b']]}" for pair in pairs])
     right = axes.secondary_yaxis("right")  # beyond the axes, where no line is
@@ -92,7 +95,9 @@ def _draw_differences(part: SubFigure, pairs: list[dict[str, Any]], by: str) -> 
     axes.margins(x=0.1)
     axes.grid(axis="x", alpha=0.3)
     axes.set_xlabel(f"difference in {by}", parse_math=False)
-    axes.set_title("differences of means; filled, with an interval of 95 %: significant")
+    axes.set_title(
+        "differences of means, intervals of 95 %; open, dashed: not significant or not tested"
+    )
 
 
 def _name_rows(axes: Axes, names: list[str]) -> None:

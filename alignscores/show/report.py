@@ -55,7 +55,7 @@ def markdown_report(
         parts.append(as_markdown(changes_table(changed, MARKDOWN)))
         parts += map(markdown, changed.notes)
     parts += [as_markdown(table(comparison, MARKDOWN)) for table in (overall, by_sequence)]
-    return "\n\n".join(filter(None, [*parts, *map(markdown, legend(comparison))])) + "\n"
+    return "\n\n".join(filter(None, [*parts, *map(markdown, legend(comparison, MARKDOWN))])) + "\n"
 
 
 def json_report(comparison: Comparison, changed: Changes | None = None) -> str:

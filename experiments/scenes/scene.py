@@ -56,7 +56,7 @@ def make_scene(
     error: str = "gaussian",
     outliers: str = "uniform",
     outlier_side: float = 10.0,  # of the cube about the origin that they lie in
-    volume: float = 1.0,  # of the cube of the geometry "cube"
+    volume: float = 1.0,  # of the cube of the geometry "cube"; n / 10: 10 cameras per cubed unit
     n_cameras: int,
     n_outliers: int,
     sigma_t: float,

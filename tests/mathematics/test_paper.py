@@ -53,7 +53,7 @@ def test_an_estimate_that_cannot_be_aligned_scores_0(cloud):
 def test_triangles_with_a_normal_are_registered_as_by_pcr99(noisy_scene):
     gt, est = noisy_scene(40, 10, 0.03, 0)
     literal = tas(gt, est, rng=1, registration=paper.literal_frames)
-    assert literal.score == tas(gt, est, rng=1).score == paper.tas(gt, est, 1, literal=True)
+    assert literal.score == tas(gt, est, rng=1).score == paper.tas(gt, est, 1)
     assert literal.registration == "literal_frames"
 
 

@@ -60,7 +60,7 @@ def test_five_real_runs_that_are_all_worse_fail(real, run_compare, tmp_path):
 
 def test_a_gate_that_cannot_fail_is_an_error(gate, worsen):
     code, out, err = gate(worsen(1), runs=1)
-    error = "no system can be worse at a level of 0.01: too few runs"
+    error = "no system could be shown to be worse at a level of 0.01: too few runs"
     assert (code, err) == (1, f"alignscores: error: {error}\n")
     reason = "worse cannot be significant at 0.01 with 1 against 1 runs (too few to test)"
     more = "; more runs are needed, or a higher level"
@@ -96,16 +96,20 @@ def test_who_cannot_fail_is_named_where_others_can(tmp_path, run_compare):
 def test_values_and_drops_fail_with_one_run(gate, worsen, fail_on, reasons):
     code, _, err = gate(worsen(1), runs=1, fail_on=fail_on)
     assert code == (3 if reasons else 0)
+    if not reasons:
+        assert err == f"alignscores: note: passed: {fail_on}\n"
+        return
     errors = [line.removeprefix("alignscores: error: ") for line in err.splitlines()]
     assert sorted(" ".join(line.split()[:2]) for line in errors) == sorted(reasons)
 
 
 def test_a_value_needs_no_baseline(patterns, run):
-    assert run(*patterns, "--fail_on", "PAS<0.1")[0] == 1  # a run is missing
+    code, _, err = run(*patterns, "--fail_on", "PAS<0.1")
+    assert (code, "passed" in err) == (1, False)  # a run is missing
     code, _, err = run(*patterns, "--fail_on", "failed>0, half>10")
     assert code == 3
     assert err.splitlines()[-2:] == [
-        "alignscores: error: c: failed 0.1667 > 0",
+        "alignscores: error: c: failed 16.67% > 0%",
         "alignscores: error: c: half_distance ∞ > 10",
     ]
     name = "recall@5cm,5deg:hloc"  # with a comma

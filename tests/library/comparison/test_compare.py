@@ -54,6 +54,20 @@ def test_processes_do_not_matter(benchmark_of, run, tmp_path):
     assert note in json.loads(printed[1])["notes"]
 
 
+def test_hints_count_first_runs_the_only_checked_ones(benchmark_of, compare, tmp_path):
+    """The clock of all runs on one of two sequences is off."""
+    patterns = benchmark_of(SYSTEM, runs=2)
+    for number in range(2):
+        file = tmp_path / f"car/a/{number}.txt"
+        stamped = [line.split(maxsplit=1) for line in file.read_text().splitlines()]
+        file.write_text("".join(f"{float(t) + 2.4:.3f} {pose}\n" for t, pose in stamped))
+    compared = compare(*patterns, "--jobs", 1)
+    (note,) = (note for note in compared["notes"] if "clock" in note)
+    assert note.startswith("car, a, run 0: its clock is off")
+    assert note.endswith(" (in the first run of 1 of 2 sequences; further runs are not checked)")
+    assert [bool(run["hints"]) for run in compared["runs"]] == [True, False, False, False]
+
+
 def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
     benchmark_of, run, tmp_path, monkeypatch
 ):

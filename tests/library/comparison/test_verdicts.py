@@ -76,6 +76,7 @@ def test_a_third_system_does_not_silence_two():
 def test_so_few_runs_are_said_to_be_too_few_and_how_many_are_needed():
     text = verdict_of({"a": on(1, GOOD[:3]), "b": on(1, BAD[:8])})
     assert text == (
+        "a has the highest mean PAS (0.7032, 1 sequence), but too few runs for a test. "
         "a and b: with 3 and 8 runs on 1 sequence no result could be significant; "
         "5 runs each are needed."
     )
@@ -96,6 +97,7 @@ def test_single_runs_are_compared_on_six_sequences():
     assert "On sequences like these, a is ahead (p = 0.031)." in verdict_of(six)
     five = {name: {s: runs[s] for s in list(runs)[:5]} for name, runs in six.items()}
     assert verdict_of(five) == (
+        "a has the highest mean PAS (0.52, 5 sequences), but too few runs for a test. "
         "a and b: with single runs on 5 sequences no result could be significant; "
         "6 sequences are needed."
     )
@@ -285,6 +287,40 @@ def test_markdown_has_verdict_and_tables(patterns, run, tmp_path):
     assert run(*patterns, "--markdown", "-")[1] == text
 
 
+def test_the_best_mean_is_bold_in_every_output_and_named_though_it_has_no_test(run, tmp_path):
+    """Of the sequences that all systems have; system c has single runs on two of three."""
+    runs = table({"a": on(3, GOOD), "b": on(3, BAD), "c": {"s0": [0.99], "s1": [0.5]}})
+    runs.loc[(runs["system"] == "a") & (runs["sequence"] == "s0"), "PAS"] = 0.3
+    runs["TAS"] = 1 - runs["PAS"]
+    runs.to_csv(tmp_path / "runs.csv", index=False)
+    run("runs.csv", "-o", "out")
+    text = run("runs.csv")[1]
+    assert text.startswith("a is ahead of b")
+    assert (
+        "\nc has the highest mean PAS (0.745, 2 sequences), but too few runs for a test.\n" in text
+    )
+    assert "bold" not in text
+    assert "means over runs, then the 2 sequences that all systems have;" in text
+    marks = {"html": r"<b>([\d.]+)", "md": r"\*\*([\d.]+)", "tex": r"textbf{([\d.]+)"}
+    for suffix, mark in marks.items():
+        saved = (tmp_path / f"out/comparison.{suffix}").read_text()
+        bold = [float(number) for number in re.findall(mark, saved)]
+        of_a = np.mean(GOOD)
+        assert bold[:2] == pytest.approx([(1.7 - of_a) / 2, 0.745], abs=1e-3)  # TAS of a, PAS of c
+        assert bold[2:] == pytest.approx([] if suffix == "tex" else [of_a, of_a, 0.99], abs=1e-4)
+        assert "bold: best mean, significant or not" in saved
+
+
+def test_where_nothing_is_better_nothing_is_bold(run, tmp_path):
+    for systems in ({"a": on(1, GOOD)}, {"a": on(1, GOOD), "b": on(1, GOOD[::-1])}):
+        table(systems).to_csv(tmp_path / "runs.csv", index=False)
+        assert "textbf" not in run("runs.csv", "--latex")[1]
+        assert "**" not in run("runs.csv", "--markdown", "-")[1].replace(r"\*", "")
+    worst = {"a": on(1, GOOD), "b": on(1, [*GOOD[:4], None])}
+    table(worst, "half_distance").to_csv(tmp_path / "runs.csv", index=False)
+    assert run("runs.csv", "--by", "half", "--latex")[1].count("textbf") == 1
+
+
 def test_latex_has_the_best_in_bold_and_ties_marked(run, tmp_path):
     systems = {"a_1": on(1, GOOD), "b": on(1, [x + 0.0001 for x in GOOD]), "c": on(1, BAD)}
     table(systems).to_csv(tmp_path / "runs.csv", index=False)
@@ -295,6 +331,13 @@ def test_latex_has_the_best_in_bold_and_ties_marked(run, tmp_path):
     assert re.fullmatch(r"a\\_1 & 0\.\d{3} \$\\pm\$ 0\.\d{3}\$\^\{=\}\$ \\\\", a)
     assert re.fullmatch(r"b & \\textbf\{0\.\d{3}\} \$\\pm\$ 0\.\d{3} \\\\", b)
     assert re.fullmatch(r"c & 0\.\d{3} \$\\pm\$ 0\.\d{3} \\\\", c)
+    start, end = r"\multicolumn{2}{l}{\footnotesize ", r"} \\"
+    assert [line.removeprefix(start).removesuffix(end) for line in lines[8:12]] == [
+        r"mean over sequences $\pm$ standard deviation of the runs on a sequence",
+        "bold: best mean, significant or not",
+        r"$^{=}$\,not significantly different from the best (false discovery rate 5\,\%)",
+        r"\end{tabular}",
+    ]
 
 
 def test_latex_has_three_digits_marks_failures_and_all_sequences(run, tmp_path):
@@ -343,7 +386,10 @@ def test_on_a_full_disk_the_table_is_printed(patterns, run, tmp_path, option):
 def test_where_a_system_was_not_tried_the_tables_say_so(patterns, run, tmp_path):
     shutil.rmtree(tmp_path / "car/c")
     out = run(*patterns)[1]
-    assert out.startswith("a_b and c: with 3 runs each on 1 sequence no result could be")
+    best, too_few = out.splitlines()[:2]
+    assert re.match(r"a_b has the highest mean PAS \(0\.\d+, 1 sequence\), but too few runs", best)
+    assert too_few.startswith("a_b and c: with 3 runs each on 1 sequence no result could be")
+    assert "means over runs, then the sequence all systems have;" in out
     assert "c has no run on 1 of 2 sequences (car)." in out
     assert re.search(r"^c .* 1/2 ", out, flags=re.M)
     assert re.search(r"^c +not tried ", out, flags=re.M)

@@ -89,6 +89,12 @@ def test_units_directions_and_scales_are_those_of_the_metrics(draw):
     assert collinear["DTE ↓"].get_yscale() == "log"
 
 
+def test_a_logarithmic_axis_has_no_bars_whose_heights_would_be_ratios(draw):
+    collinear = panels(draw("collinear"))
+    assert [len(collinear[name].containers) for name in ("ATE ↓", "TAS ↑")] == [1, 2]
+    assert [text.get_text() for text in collinear["ATE ↓"].texts] == ["no bars"]
+
+
 def test_figure_7_has_a_block_for_each_experiment(draw, run):
     figure = draw("maa_vs_pas")
     assert [key.get_title().get_text() for key in keys(figure)] == [
@@ -111,7 +117,7 @@ def test_figure_7_has_a_block_for_each_experiment(draw, run):
 @pytest.mark.parametrize(
     ("changes", "x", "key", "curves"),
     [
-        ({"sigma_t": 0.05}, "number of outliers", "number of cameras", 1),
+        ({"sigma_t": 0.05}, "number of outliers\n(not to scale)", "number of cameras", 1),
         ({"n_outliers": 10}, "σₜ (units)", "number of outliers", 1),
         ({"sigma_t": 0.05, "n_outliers": 10}, "σₜ (units)", "number of outliers", 1),
     ],
@@ -137,7 +143,7 @@ def test_each_combination_of_the_other_settings_has_panels(run):
     assert titles == [f"settings = {name}: number of outliers" for name in names]
     assert len(figure.axes) == 8
     (explained,) = figure.legends
-    assert "min to max of 3 trials" in texts(explained)
+    assert "mean of 3 trials" in texts(explained)
     repeated = pd.concat([trials.assign(settings=f"seed={seed}") for seed in range(13)])
     with pytest.raises(ValueError, match="13 combinations of settings do not fit"):
         draw_trials(repeated)

@@ -86,7 +86,11 @@ def test_what_draws_nothing_and_other_tables_are_refused(table, tmp_path, capsys
     message = refused(capsys, tmp_path, "outliers", table, table)
     assert message == "outliers is not drawn from 2 tables"
     assert refused(capsys, tmp_path, "nope", table).startswith("unknown figure nope; the paper's")
-    assert refused(capsys, tmp_path, "rotations", table) == f"{table} has no column Median-1"
+    message = refused(capsys, tmp_path, "outlier", table)
+    assert message == "unknown figure outlier; did you mean outliers?"
+    assert refused(capsys, tmp_path, "outlier") == message
+    message = refused(capsys, tmp_path, "collinear", table)
+    assert message == f"collinear is drawn from trials of collinear; {table} has trials of outliers"
 
 
 def test_a_table_at_fault_is_named_in_one_line_and_stays(table, tmp_path, capsys):
