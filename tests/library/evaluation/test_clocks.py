@@ -97,7 +97,7 @@ def test_frames_that_are_matched_by_their_numbers_have_no_clock():
         assert evaluation.pas < 1
         assert not any(note.kind == "clock" for note in evaluation.notes)
     names = Trajectory(np.arange(len(TIMES)).astype(str), truth.poses)
-    with pytest.raises(ValueError, match="the reference has names"):
+    with pytest.raises(ValueError, match="the reference has image names"):
         evaluate(names, truth, format="tum", t_offset="auto")
 
 
