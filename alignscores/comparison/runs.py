@@ -6,6 +6,7 @@ Workers import this module, so pandas is imported only where the table is built.
 import hashlib
 import json
 import math
+import os
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -124,7 +125,8 @@ def _results(tasks: Sequence[Task], jobs: int) -> Generator[tuple[int, Result], 
     if jobs == 1 or len(tasks) <= MAX_SERIAL_RUNS:
         yield from map(_numbered, enumerate(tasks))
         return
-    calls = map(joblib.delayed(_numbered), enumerate(tasks))
+    folder = Path.cwd()
+    calls = (joblib.delayed(_numbered_in)(folder, task) for task in enumerate(tasks))
     try:
         with joblib.parallel_config("loky", inner_max_num_threads=1):
             yield from joblib.Parallel(jobs, return_as="generator_unordered")(calls)
@@ -139,6 +141,11 @@ def _results(tasks: Sequence[Task], jobs: int) -> Generator[tuple[int, Result], 
 
 def _numbered(task: tuple[int, Task]) -> tuple[int, Result]:
     return task[0], score_run(task[1])
+
+
+def _numbered_in(folder: Path, task: tuple[int, Task]) -> tuple[int, Result]:
+    os.chdir(folder)  # a process that joblib has kept may have started in another one
+    return _numbered(task)
 
 
 def settings_text(settings: Settings) -> str:

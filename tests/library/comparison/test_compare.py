@@ -54,6 +54,20 @@ def test_processes_do_not_matter(benchmark_of, run, tmp_path):
     assert note in json.loads(printed[1])["notes"]
 
 
+def test_processes_that_are_kept_work_in_the_current_folder(
+    benchmark_of, run, tmp_path, monkeypatch
+):
+    """Relative paths are those of now, also where processes of an earlier comparison go on."""
+    patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.0), "b": (0.2, 2.0, 1, 0.0)}, runs=5, n=40)
+    printed = run(*patterns, "--json", "--jobs", 2)
+    moved = tmp_path / "moved"
+    moved.mkdir()
+    for sequence in ("car", "helix"):
+        (tmp_path / sequence).rename(moved / sequence)
+    monkeypatch.chdir(moved)
+    assert run(*patterns, "--json", "--jobs", 2) == printed
+
+
 def test_hints_count_first_runs_the_only_checked_ones(benchmark_of, compare, tmp_path):
     """The clock of all runs on one of two sequences is off."""
     patterns = benchmark_of(SYSTEM, runs=2)

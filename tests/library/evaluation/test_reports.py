@@ -194,7 +194,7 @@ def test_runs_of_one_pose_are_failures_in_a_comparison(folder, command):
     runs = json.loads(out)["runs"]
     for system in ("idle", "zeroq", "empty"):
         assert f"{system}: PAS" in err
-        assert f"{system}: failed 0.7500 > 0.7" in err
+        assert f"{system}: failed 75% > 70%" in err
         failed = [run for run in runs if (run["system"], run["status"]) == (system, "failed")]
         assert len(failed) == 6
         assert not any(run["notes"] for run in failed)
