@@ -14,8 +14,7 @@ from ..texts import brief, first_few, printable, unique_names
 from ..validation import check_positive
 from .patterns import Pattern
 
-__all__ = ["Benchmark", "Estimates", "Run", "from_files", "from_patterns"]
-__all__ += ["read_yaml"]
+__all__ = ["Benchmark", "Estimates", "Run", "from_files", "from_patterns", "read_yaml"]
 
 FIELDS = ("sequence", "system", "run")
 # Keys of a YAML file, of an entry of `sequences`, and of an entry of `systems`.

@@ -85,32 +85,36 @@ def score_runs(
     a copy.
     """
     pandas = require("pandas", "compare")
-    indices = [index for index, task in enumerate(tasks) if task.run.file]
-    rows: dict[int, dict[str, Any]] = {}
+    rows: list[dict[str, Any]] = []  # as of missing runs, until there is a result
+    for task in tasks:
+        run = task.run
+        rows.append(
+            {
+                **vars(run),
+                "file": run.file or "",
+                "status": "missing",
+                "error": ""
+                if run.file
+                else f"{run.system}: has no run {run.run} on {run.sequence}",
+                **dict.fromkeys([*SCORES, *task.settings.metrics], math.nan),
+                "n": 0,
+                "lost": 1.0,
+                **dict.fromkeys(["d", "scale", "chance"], math.nan),
+                "reference_rotations": None,
+                **dict.fromkeys(["notes", "hints", "low_score"], ""),
+                "settings": settings_text(task.settings),
+            }
+        )
     errors: dict[Run, Errors] = {}
-    with closing(_results([tasks[index] for index in indices], jobs)) as results:
-        for number, (row, errors_of_run) in results:
-            rows[indices[number]] = row
+    to_score = [(index, task) for index, task in enumerate(tasks) if task.run.file]
+    with closing(_results(to_score, jobs)) as results:
+        for number, (index, (row, errors_of_run)) in enumerate(results, 1):
+            rows[index] |= row
             if errors_of_run:
-                errors[tasks[indices[number]].run] = errors_of_run
-            progress(f"scoring {len(rows)}/{len(indices)}")
+                errors[tasks[index].run] = errors_of_run
+            progress(f"scoring {number}/{len(to_score)}")
     progress("")
-    metrics = list(dict.fromkeys([*SCORES, *(name for t in tasks for name in t.settings.metrics)]))
-    for index, task in enumerate(tasks):
-        row = rows.get(index, {"status": "missing"})
-        if not task.run.file:
-            row["error"] = f"{task.run.system}: has no run {task.run.run} on {task.run.sequence}"
-        empty = {"status": "", "error": "", **dict.fromkeys(metrics, math.nan), "n": 0, "lost": 1.0}
-        empty |= {"d": math.nan, "scale": math.nan, "chance": math.nan, "reference_rotations": None}
-        empty |= {
-            "notes": "",
-            "hints": "",
-            "low_score": "",
-            "settings": settings_text(task.settings),
-        }
-        rows[index] = {**vars(task.run), **empty, **row}
-    table = pandas.DataFrame([rows[index] for index in range(len(tasks))])
-    table["file"] = table["file"].fillna("")
+    table = pandas.DataFrame(rows)
     table["reference_rotations"] = table.groupby("sequence")["reference_rotations"].transform("max")
     table["reference_rotations"] = table["reference_rotations"].eq(True)
     aligned = table[(table["status"] == "scored") & (table["TAS"] > 0)]
@@ -119,14 +123,16 @@ def score_runs(
     return table, errors
 
 
-def _results(tasks: Sequence[Task], jobs: int) -> Generator[tuple[int, Result], None, None]:
-    """Yield number and result of each task when it is done; in this process if they are few."""
+def _results(
+    tasks: Sequence[tuple[int, Task]], jobs: int
+) -> Generator[tuple[int, Result], None, None]:
+    """Yield index and result of each task when it is done; in this process if they are few."""
     joblib = require("joblib", "compare")
     if jobs == 1 or len(tasks) <= MAX_SERIAL_RUNS:
-        yield from map(_numbered, enumerate(tasks))
+        yield from ((index, score_run(task)) for index, task in tasks)
         return
     folder = Path.cwd()
-    calls = (joblib.delayed(_numbered_in)(folder, task) for task in enumerate(tasks))
+    calls = (joblib.delayed(_score_in)(folder, *task) for task in tasks)
     try:
         with joblib.parallel_config("loky", inner_max_num_threads=1):
             yield from joblib.Parallel(jobs, return_as="generator_unordered")(calls)
@@ -139,13 +145,9 @@ def _results(tasks: Sequence[Task], jobs: int) -> Generator[tuple[int, Result], 
         raise ChildProcessError(reason) from None
 
 
-def _numbered(task: tuple[int, Task]) -> tuple[int, Result]:
-    return task[0], score_run(task[1])
-
-
-def _numbered_in(folder: Path, task: tuple[int, Task]) -> tuple[int, Result]:
+def _score_in(folder: Path, index: int, task: Task) -> tuple[int, Result]:
     os.chdir(folder)  # a process that joblib has kept may have started in another one
-    return _numbered(task)
+    return index, score_run(task)
 
 
 def settings_text(settings: Settings) -> str:
@@ -199,10 +201,8 @@ def _score_estimate(task: Task) -> Result:
         if failed := [note.text for note in evaluation.notes if note.kind == FAILED]:
             raise ValueError(failed[0])
     except FAILURES as error:
-        message = printable(why(error))
-        message = (
-            message if message.startswith(printable(file)) else f"{printable(file)}: {message}"
-        )
+        message, name = printable(why(error)), printable(file)
+        message = message if message.startswith(name) else f"{name}: {message}"
         return {"status": "failed", "error": message}, None
     matches, result = evaluation.matches, evaluation.result
     timed = matches.keys.dtype.kind == "f"
@@ -218,16 +218,15 @@ def _score_estimate(task: Task) -> Result:
 
 def _row(evaluation: Evaluation) -> dict[str, Any]:
     """Return what the table has of an evaluation."""
-    names = list(dict.fromkeys([*SCORES, *evaluation.settings.metrics]))
-    scores = {name: _score(evaluation, name) for name in names}
+    metrics = evaluation.settings.metrics
+    scores = {name: _score(evaluation, name) for name in (*SCORES, *metrics)}
     hints = [str(note) for note in evaluation.notes if isinstance(note, Hint)]
     others = [note for note in evaluation.notes if not isinstance(note, Hint)]
     notes = [str(note) for note in others if note.kind != "low"]
-    metrics = evaluation.settings.metrics
     without_value = [name for name in metrics if evaluation.value(name) is None]
     if failed := [name for name in without_value if not math.isnan(scores[name])]:
         notes.append(f"without a value, counted as failures: {', '.join(failed)}")
-    unknown = [name for name in names if math.isnan(scores[name])]
+    unknown = [name for name, score in scores.items() if math.isnan(score)]
     if not evaluation.has_rotations:
         unknown = [name for name in unknown if "rotations" not in metric(name).needs]
     if unknown:
