@@ -2,7 +2,7 @@
 
 import argparse
 import signal
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +14,6 @@ from ..comparison.benchmark import Benchmark
 from ..comparison.comparison import (
     Comparison,
     compare_runs,
-    csv_of_runs,
     find_benchmark,
     from_table,
     read_runs,
@@ -27,6 +26,7 @@ from ..evaluation.settings import Settings
 from ..io import FORMATS
 from ..metrics import metric
 from ..show.report import json_report, markdown_report, text_report
+from ..show.tables import as_csv
 from ..texts import printable
 from ..writing import write_whole
 from .output import (
@@ -153,7 +153,20 @@ def _run(argv: Sequence[str]) -> int:
     refuse_to_replace(_inputs(benchmark, arguments), outputs.items())
     saved = read_baseline(arguments.baseline, arguments.by) if arguments.baseline else None
 
-    comparison = _compared(arguments, settings, benchmark, table)
+    design: Design = "paired" if arguments.paired else arguments.runs
+    if benchmark is None:
+        assert table is not None
+        comparison = from_table(table, arguments.by, arguments.better, design)
+    else:
+        comparison = compare_runs(
+            benchmark,
+            settings,
+            by=arguments.by,
+            design=design,
+            jobs=arguments.jobs,
+            cache=arguments.cache,
+            progress=show_progress,
+        )
     changed = None
     if saved is not None:
         levels = [condition.limit for condition in gate if condition.relation == WORSE]
@@ -164,7 +177,23 @@ def _run(argv: Sequence[str]) -> int:
         problems.append(
             f"no system could be shown to be worse at a level of {changed.level:g}: too few runs"
         )
+    problems += _save_and_print(arguments, outputs, comparison, changed, reasons)
+    for line in [*problems, *reasons]:
+        print_error(line)
+    if gate and not problems and not reasons:
+        print_note(f"passed: {arguments.fail_on}")
+    return FAILS if reasons else int(bool(problems))
 
+
+def _save_and_print(
+    arguments: argparse.Namespace,
+    outputs: Mapping[str, Path],
+    comparison: Comparison,
+    changed: Changes | None,
+    reasons: Sequence[str],
+) -> list[str]:
+    """Write all files and print; return which files could not be written."""
+    problems = []
     for option, path in outputs.items():
         try:
             write_whole(path, _content(option, comparison, changed, reasons, path))
@@ -179,16 +208,7 @@ def _run(argv: Sequence[str]) -> int:
     if arguments.show in ("csv", "latex"):  # the other forms have them below the verdict
         for note in comparison.notes + (changed.notes if changed else []):
             print_note(note)
-    return _end(problems, reasons, arguments.fail_on)
-
-
-def _end(problems: Sequence[str], reasons: Sequence[str], conditions: str) -> int:
-    """Print what is wrong, or which conditions are passed; return the exit code."""
-    for line in [*problems, *reasons]:
-        print_error(line)
-    if conditions and not problems and not reasons:
-        print_note(f"passed: {conditions}")
-    return FAILS if reasons else int(bool(problems))
+    return problems
 
 
 def _table(arguments: argparse.Namespace) -> pd.DataFrame | None:
@@ -202,28 +222,6 @@ def _table(arguments: argparse.Namespace) -> pd.DataFrame | None:
     return table
 
 
-def _compared(
-    arguments: argparse.Namespace,
-    settings: Settings,
-    benchmark: Benchmark | None,
-    table: pd.DataFrame | None,
-) -> Comparison:
-    """Return the comparison of a table, or of the runs of a benchmark."""
-    design: Design = "paired" if arguments.paired else arguments.runs
-    if table is not None:
-        return from_table(table, arguments.by, arguments.better, design)
-    assert benchmark is not None
-    return compare_runs(
-        benchmark,
-        replace(settings, format=benchmark.format),
-        by=arguments.by,
-        design=design,
-        jobs=arguments.jobs,
-        cache=arguments.cache,
-        progress=show_progress,
-    )
-
-
 def _content(
     option: str,
     comparison: Comparison,
@@ -234,7 +232,7 @@ def _content(
     """Return what an option writes or prints."""
     match option.removeprefix("save_"):
         case "csv":
-            return csv_of_runs(comparison.runs).encode()
+            return as_csv(comparison.runs).encode()
         case "markdown":
             return markdown_report(comparison, changed, reasons).encode()
         case "latex":
@@ -252,7 +250,7 @@ def _content(
 
 
 def _gate(parser: Parser, arguments: argparse.Namespace, names: Sequence[str]) -> list[Condition]:
-    """Return the conditions of --fail_on."""
+    """Check --by, and return the conditions of --fail_on."""
     if arguments.by not in names:
         parser.error(f"argument --by: must be one of {', '.join(names)}, not {arguments.by!r}")
     if not arguments.fail_on:
@@ -280,21 +278,16 @@ def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings
 
 def _inputs(benchmark: Benchmark | None, arguments: argparse.Namespace) -> list[str]:
     """Return all files that are read, or would be if they were not left out."""
-    frames: list[str] = []
-    files: list[str] = []
+    inputs = [*arguments.files, *([arguments.baseline] if arguments.baseline else [])]
     if benchmark is not None:
-        files = benchmark.files
-        frames = [
-            options["frames"]
-            for options in benchmark.sequence_options.values()
-            if "frames" in options
-        ]
+        inputs += benchmark.files
+        options = benchmark.sequence_options.values()
+        inputs += [entry["frames"] for entry in options if "frames" in entry]
         if arguments.frames:
-            frames += [
+            inputs += [
                 arguments.frames.replace("{sequence}", name) for name in benchmark.references
             ]
-    baseline = [arguments.baseline] if arguments.baseline else []
-    return [*files, *arguments.files, *frames, *baseline]
+    return inputs
 
 
 def _list_files(benchmark: Benchmark) -> int:

@@ -1,7 +1,6 @@
 """The comparison of systems over sequences and runs: from their files to the verdict."""
 
 import json
-import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -35,10 +34,10 @@ from .summary import (
     records,
     summarise,
 )
-from .verdict import notes_on_runs, verdict
+from .verdict import notes_on_runs, texts_by_run, verdict
 
-__all__ = ["Comparison", "compare", "compare_runs", "csv_of_runs", "find_benchmark", "finite"]
-__all__ += ["from_table", "read_runs", "settings_of_run"]
+__all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "finite", "from_table"]
+__all__ += ["read_runs"]
 
 Progress = Callable[[str], None]
 
@@ -153,14 +152,10 @@ class Comparison:
     @property
     def low_scores(self) -> list[str]:
         """Why the PAS of runs are low, once for each system."""
-        rows = self.runs[self.runs["low_score"] != ""]
         return [
             note
-            for _, group in rows.groupby("system", sort=False)
-            for note in alike(
-                ("{sequence}, {system}, run {run}".format(**row), row["low_score"])
-                for row in records(group)
-            )
+            for _, group in self.runs.groupby("system", sort=False)
+            for note in alike(texts_by_run(group, "low_score"))
         ]
 
     def to_dict(self) -> dict[str, Any]:
@@ -310,16 +305,6 @@ def read_runs(file: str) -> pd.DataFrame:
     return runs
 
 
-def csv_of_runs(runs: pd.DataFrame) -> str:
-    """Return a table of runs as CSV; what a spreadsheet would run as a formula gets a '."""
-
-    def inert(value: Any) -> Any:
-        return re.sub(r"^(?=[=+\-@])", "'", printable(value)) if isinstance(value, str) else value
-
-    texts = runs.select_dtypes(exclude="number").map(inert)
-    return str(runs.assign(**texts).to_csv(index=False, lineterminator="\n"))
-
-
 def find_benchmark(
     references: str, estimates: str | Estimates | None, settings: Settings, expect_all: bool
 ) -> Benchmark:
@@ -388,35 +373,27 @@ def compare_runs(
     )
 
 
-def settings_of_run(benchmark: Benchmark, run: Run, settings: Settings) -> Settings:
-    """Return the settings of a run, with the changes of its sequence and its system."""
-    changes = {
-        **benchmark.sequence_options.get(run.sequence, {}),
-        **benchmark.system_options.get(run.system, {}),
-    }
-    if settings.frames is not None and "frames" not in changes:
-        pattern = Pattern(str(settings.frames), ["sequence"])
-        changes["frames"] = pattern.fill({"sequence": run.sequence})
-    return replace(settings, **changes)
-
-
 def _tasks(
     benchmark: Benchmark, sequence: str, settings: Settings, cache: Path | None
 ) -> tuple[list[Task], list[tuple[str, str]]]:
     """Return what is to be done on a sequence, and the notes on its reference."""
-    file = benchmark.references[sequence]
+    file, options = benchmark.references[sequence], benchmark.sequence_options.get(sequence, {})
+    if settings.frames is not None and "frames" not in options:
+        pattern = Pattern(str(settings.frames), ["sequence"])
+        options = {**options, "frames": pattern.fill({"sequence": sequence})}
+    settings = replace(settings, **options)
+    with collected_warnings() as notes:
+        reference_of(file, settings)
+        if settings.frames is not None:
+            read_stamps(str(settings.frames))
     tasks: list[Task] = []
     checked_systems: set[str] = set()  # the first run of a system shows what is mixed up in all
     for run in benchmark.runs:
         if run.sequence == sequence:
-            run_settings = settings_of_run(benchmark, run, settings)
+            run_settings = replace(settings, **benchmark.system_options.get(run.system, {}))
             check = bool(run.file) and run.system not in checked_systems
             tasks.append(Task(run, file, run_settings, cache, check))
             checked_systems |= {run.system} if run.file else set()
-    with collected_warnings() as notes:
-        reference_of(file, run_settings)
-        if run_settings.frames is not None:
-            read_stamps(str(run_settings.frames))
     return tasks, [(sequence, note) for note in notes]
 
 

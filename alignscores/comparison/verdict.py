@@ -13,7 +13,7 @@ from .runs import SEPARATOR
 from .statistics import LEVEL, MIN_RUNS
 from .summary import DEPENDENT, PAIRED, SINGLE, Design, best_means, common_sequences, records
 
-__all__ = ["difference_text", "notes_on_runs", "p_text", "verdict"]
+__all__ = ["difference_text", "notes_on_runs", "p_text", "texts_by_run", "verdict"]
 
 
 def verdict(
@@ -191,24 +191,24 @@ def notes_on_runs(runs: pd.DataFrame, by: str, design: Design) -> list[str]:
             "if they shared a build or a night: --runs dependent counts each as one value"
         )
     for _, group in runs.groupby("system", sort=False):
-        lines += alike(_named(group, "notes"))
+        lines += alike(texts_by_run(group, "notes"))
         n_sequences = group["sequence"].nunique()
         if len(group) == n_sequences:
-            lines += alike(_named(group, "hints"))
+            lines += alike(texts_by_run(group, "hints"))
             continue
-        for (name, hint), *others in groups_alike(_named(group, "hints")):
+        for (name, hint), *others in groups_alike(texts_by_run(group, "hints")):
             where = f" of {len(others) + 1} of {n_sequences} sequences" if n_sequences > 1 else ""
             lines.append(f"{name}: {hint} (in the first run{where}; further runs are not checked)")
     return lines
 
 
-def _named(runs: pd.DataFrame, column: str) -> list[tuple[str, str]]:
-    """Return the notes of runs after the names of these."""
+def texts_by_run(runs: pd.DataFrame, column: str) -> list[tuple[str, str]]:
+    """Return the names of runs, each with a text that a column has for it, such as a note."""
     return [
-        ("{sequence}, {system}, run {run}".format(**row), note)
+        ("{sequence}, {system}, run {run}".format(**row), text)
         for row in records(runs)
-        for note in row[column].split(SEPARATOR)
-        if note
+        for text in row[column].split(SEPARATOR)
+        if text
     ]
 
 
