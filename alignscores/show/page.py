@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
+from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from ..arrays import Floats
@@ -85,89 +86,97 @@ def figures(scored: Sequence[Evaluation]) -> dict[str, go.Figure]:
 
 
 def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
-    """Draw the aligned trajectories in 3D, coloured by the position error.
+    """Draw the aligned trajectories in 3D; buttons colour them by position error or by estimate.
 
     Positions count from the first one of the reference, since WebGL has 32 bits.
     """
-    first, unit = scored[0], scored[0].settings.file_format.unit
+    first, file_format = scored[0], scored[0].settings.file_format
     reference = first.reference.poses[first.matches.expected_rows, :3, 3]
     origin, path = reference[0], reference - reference[0]
-    ordered, limit = first.settings.file_format.ordered, curve(first, "TAS").limit
+    scale = _error_scale(curve(first, "TAS").limit, file_format.unit)
     figure = go.Figure()
-
-    def add(points: Floats, name: str, group: str, **kwargs: Any) -> None:
-        x, y, z = points.T.astype(np.float32)
-        figure.add_scatter3d(x=x, y=y, z=z, name=inert(name), legendgroup=group, **kwargs)
-
-    line = {"mode": "lines", "line": {"color": REFERENCE, "width": 4}}
-    dots = {"mode": "markers", "marker": {"color": REFERENCE, "size": 3}}
-    look = line if ordered else dots
-    drawn = with_breaks(first, path) if ordered else path
-    ramp = [*zip(np.linspace(0, 0.999, len(RAMP)).tolist(), RAMP, strict=True), (1.0, BEYOND)]
-    title = {"text": f"position error [{inert(unit)}]", "side": "top"}
-    bar: dict[str, Any] = {"title": title, "orientation": "h"}
-    bar |= {"thickness": 12, "len": 0.6, "y": 0, "yanchor": "top", "x": 1, "xanchor": "right"}
-    scale: dict[str, Any] = {"colorscale": ramp, "cmin": 0, "cmax": limit, "colorbar": bar}
-    scale["size"] = 3
-    add(drawn, "reference", "reference", hoverinfo="skip", **look)
-    by_error = []  # traces that a button shows
+    look: dict[str, Any] = {"mode": "markers", "marker": {"color": REFERENCE, "size": 3}}
+    if file_format.ordered:
+        look = {"mode": "lines", "line": {"color": REFERENCE, "width": 4}}
+    points = with_breaks(first, path) if file_format.ordered else path
+    group = {"name": "reference", "legendgroup": "reference"}
+    figure.add_scatter3d(**_xyz(points), **group, hoverinfo="skip", **look)
+    by_error: list[int] = []  # traces that a button shows
     for index, evaluation in enumerate(scored):
-        errors = curve(evaluation, "TAS").errors.astype(np.float32)
         positions = over_expected(evaluation, evaluation.positions, np.nan) - origin
-        has_pose, group, where = finite_rows(positions), str(index), _frame_labels(evaluation)
-        far = has_pose & (errors >= limit)
-        add(
-            positions,
-            evaluation.name,
-            group,
-            mode="lines" if ordered else "markers",
-            line={"color": COLOURS[index % len(COLOURS)], "width": 5},
-            marker={"color": COLOURS[index % len(COLOURS)], "size": 4},
-            text=where,
+        errors = curve(evaluation, "TAS").errors.astype(np.float32)
+        labels, colour = _frame_labels(evaluation), COLOURS[index % len(COLOURS)]
+        group = {"name": inert(evaluation.name), "legendgroup": str(index)}
+        figure.add_scatter3d(
+            **_xyz(positions),
+            **group,
+            mode="lines" if file_format.ordered else "markers",
+            line={"color": colour, "width": 5},
+            marker={"color": colour, "size": 4},
+            text=labels,
             customdata=errors,
-            hovertemplate=f"%{{text}}<br>position error %{{customdata:.3g}} {unit}",
+            hovertemplate=f"%{{text}}<br>position error %{{customdata:.3g}} {file_format.unit}",
         )
-        hidden = {"showlegend": False, "hoverinfo": "skip", "opacity": 0.0 if scored[1:] else 1.0}
-        by_error += [len(figure.data), len(figure.data) + 1]
-        add(
-            positions[has_pose],
-            evaluation.name,
-            group,
-            mode="markers",
-            marker={
-                **scale,
-                "color": np.minimum(errors[has_pose], limit),
-                "symbol": np.where(far[has_pose], "x", "circle").tolist(),
-                "showscale": index == 0,
-            },
-            **hidden,
-        )
-        ways = np.stack([path, positions, np.full_like(path, np.nan)], axis=1)[far]
-        style = {"color": BEYOND, "width": 1.5}
-        add(ways.reshape(-1, 3), evaluation.name, group, mode="lines", line=style, **hidden)
-        if not has_pose.all():
-            add(
-                path[~has_pose],
-                f"{evaluation.name}: lost",
-                group,
+        for trace in _error_traces(positions, errors, path, {**scale, "showscale": index == 0}):
+            by_error.append(len(figure.data))
+            figure.add_scatter3d(**trace, **group, opacity=0.0 if scored[1:] else 1.0)
+        lost = np.flatnonzero(~finite_rows(positions))
+        if len(lost):
+            figure.add_scatter3d(
+                **_xyz(path[lost]),
+                name=inert(f"{evaluation.name}: lost"),
+                legendgroup=str(index),
                 mode="markers",
                 marker={"size": 2, "color": "#333333"},
-                text=[where[row] for row in np.flatnonzero(~has_pose)],
+                text=[labels[row] for row in lost],
                 hovertemplate="%{text}",
             )
-    buttons = [
-        {"label": label, "method": "restyle", "args": [{"opacity": opacity}, by_error]}
-        for label, opacity in (("colour: error", 1.0), ("colour: estimate", 0.0))
-    ]
-    menu = {
-        "buttons": buttons,
+    buttons = {
         "type": "buttons",
         "direction": "right",
         "active": int(len(scored) > 1),
+        "buttons": [
+            {"label": label, "method": "restyle", "args": [{"opacity": opacity}, by_error]}
+            for label, opacity in (("colour: error", 1.0), ("colour: estimate", 0.0))
+        ],
+        **{"x": 0, "xanchor": "left", "y": 1, "yanchor": "top", "font": {"size": 12}},
     }
-    menu |= {"x": 0, "xanchor": "left", "y": 1, "yanchor": "top", "font": {"size": 12}}
-    figure.update_layout(**LAYOUT, height=600, scene=_scene(path, unit), updatemenus=[menu])
+    scene = _scene(path, file_format.unit)
+    figure.update_layout(**LAYOUT, height=600, scene=scene, updatemenus=[buttons])
     return figure.update_layout(margin={"l": 0, "r": 10, "b": 70})
+
+
+def _xyz(points: Floats) -> dict[str, NDArray[np.float32]]:
+    """Return the coordinates of points by axis."""
+    return dict(zip("xyz", points.T.astype(np.float32), strict=True))
+
+
+def _error_scale(limit: float, unit: str) -> dict[str, Any]:
+    """Return how markers are coloured by errors up to a limit, and the bar that shows it."""
+    ramp = [*zip(np.linspace(0, 0.999, len(RAMP)).tolist(), RAMP, strict=True), (1.0, BEYOND)]
+    title = {"text": f"position error [{inert(unit)}]", "side": "top"}
+    bar = {"title": title, "orientation": "h", "thickness": 12, "len": 0.6}
+    bar |= {"y": 0, "yanchor": "top", "x": 1, "xanchor": "right"}
+    return {"colorscale": ramp, "cmin": 0, "cmax": limit, "colorbar": bar, "size": 3}
+
+
+def _error_traces(
+    positions: Floats, errors: NDArray[np.float32], path: Floats, scale: dict[str, Any]
+) -> list[dict[str, Any]]:
+    """Return traces of positions coloured by error, and of lines from the reference to outliers."""
+    has_pose, limit = finite_rows(positions), scale["cmax"]
+    far = has_pose & (errors >= limit)
+    marker = {
+        **scale,
+        "color": np.minimum(errors[has_pose], limit),
+        "symbol": np.where(far[has_pose], "x", "circle").tolist(),
+    }
+    ways = np.stack([path, positions, np.full_like(path, np.nan)], axis=1)[far].reshape(-1, 3)
+    no_name: dict[str, Any] = {"showlegend": False, "hoverinfo": "skip"}
+    return [
+        {**_xyz(positions[has_pose]), "mode": "markers", "marker": marker, **no_name},
+        {**_xyz(ways), "mode": "lines", "line": {"color": BEYOND, "width": 1.5}, **no_name},
+    ]
 
 
 def _scene(path: Floats, unit: str) -> dict[str, Any]:
