@@ -18,7 +18,7 @@ from ..extras import require
 from ..io import FAILURES, FORMATS, read_stamps
 from ..show import PLOT_MODES, files, tables
 from ..show.evo import evo_result
-from ..texts import WIDTH, alike, numbered, printable, unique_names
+from ..texts import WIDTH, aligned, alike, numbered, printable, unique_names
 from ..version import __version__
 from ..writing import write_whole
 from .evo import add_pose_relation, check_pose_relation
@@ -310,10 +310,10 @@ def _print_table(results: Results, *, verbose: bool) -> None:
     scored = results.scored
     print(tables.text(scored, table_width()))
     print("\n".join(tables.conditions(scored)))
-    if models := tables.text_of_models(scored, max_models=None if verbose else SHOWN_MODELS):
-        print(f"\n{models}")
+    if models := tables.models_of(scored, max_models=None if verbose else SHOWN_MODELS):
+        print("", *aligned(models), sep="\n")
     if verbose and not results.settings.metrics:
-        print(f"\n{tables.text_of_deficits(scored)}\n")
+        print("", *aligned(tables.deficits_of(scored)), "", sep="\n")
         for term, meaning in tables.terms(scored):
             print(fill(f"{term:15}{meaning}", WIDTH, subsequent_indent=" " * 15))
 

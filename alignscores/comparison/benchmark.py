@@ -78,7 +78,7 @@ def from_patterns(
     *,
     columns: str | None = None,
     expect_all: bool = False,
-    expected: Mapping[str, int | None] | None = None,
+    expected: Mapping[str, int] | None = None,
     systems: Sequence[str] = (),
     sequences: Sequence[str] = (),
 ) -> Benchmark:

@@ -30,7 +30,7 @@ from .summary import (
 from .verdict import p_text
 
 __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "legend"]
-__all__ += ["HTML", "MARKDOWN", "TEXT", "latex_table", "markdown", "notes_of", "number", "overall"]
+__all__ += ["HTML", "MARKDOWN", "TEXT", "markdown", "notes_of", "number", "overall"]
 __all__ += ["differences_of", "problems_of", "wins_text"]
 
 METRICS = "TAS", "RAS", "PAS", "half_distance", "half_angle"
@@ -88,10 +88,10 @@ def number(value: float) -> str:
 
 def _metric_names(comparison: Comparison) -> list[str]:
     """Return the metrics of the table: the usual ones, those that were asked for, and `by`."""
-    settings, means = comparison.settings, comparison.overall
-    requested = (
-        metric_columns(comparison.runs, comparison.by) if settings is None else settings.metrics
-    )
+    requested: Sequence[str] = metric_columns(comparison.runs, comparison.by)
+    if comparison.settings is not None:
+        requested = comparison.settings.metrics
+    means = comparison.overall
     return [
         name
         for name in dict.fromkeys([*METRICS, *requested, comparison.by])
@@ -101,14 +101,11 @@ def _metric_names(comparison: Comparison) -> list[str]:
 
 def _header(name: str, comparison: Comparison) -> str:
     """Return the name of a metric at the head of a column, with its unit."""
-    length = (
-        "m"
-        if comparison.settings is not None and comparison.settings.file_format.unit == "m"
-        else ""
-    )
+    settings = comparison.settings
+    in_metres = settings is not None and settings.file_format.unit == "m"
     try:
-        return header(name, length)
-    except ValueError:
+        return header(name, "m" if in_metres else "")
+    except ValueError:  # of a table's own metric
         return name
 
 
@@ -198,7 +195,7 @@ def as_markdown(table: pd.DataFrame) -> str:
     return str(table.to_markdown(index=False, disable_numparse=True, colalign=aligned))
 
 
-def latex_table(comparison: Comparison) -> pd.DataFrame:
+def _latex_table(comparison: Comparison) -> pd.DataFrame:
     """Return systems by metrics with mean and standard deviation of the runs.
 
     The best mean has three digits and is bold; = marks systems that are not significantly different
@@ -253,7 +250,7 @@ def _fixed(value: float, decimals: int) -> str:
 def as_latex(comparison: Comparison) -> str:
     """Return the table for a paper with its legend, and verdict and notes as comments below."""
     require("jinja2", "compare")
-    table = latex_table(comparison)
+    table = _latex_table(comparison)
     n = len(table.columns)
     text = str(table.to_latex(index=False, escape=False, column_format="l" + "r" * (n - 1)))
     means = f"mean over {_sequences(comparison)}"

@@ -70,7 +70,7 @@ def page_of(
             "figure": drawn["profiles"],
         },
     ]
-    if (models := tables.models_of(scored, longest=60))[1:]:
+    if models := tables.models_of(scored, longest=60):
         sections.insert(1, {"heading": "Models of the estimates", "table": models})
     title = f"{', '.join(shown)}{more} against {printable(Path(reference).name)}"
     return render(title, tables.conditions(scored), sections)

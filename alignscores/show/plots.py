@@ -125,15 +125,14 @@ def _draw_trajectories(part: SubFigure, scored: Sequence[Evaluation], mode: str 
     axes.set_title(title, parse_math=False)
     if len(scored) == 1:
         _draw_by_error(part, axes, first, reference, view)
-    for line, evaluation in zip(_lines(scored), scored if scored[1:] else [], strict=False):
-        _draw_path(axes, evaluation, evaluation.positions[:, view], line)
-        tas, positions = (
-            curve(evaluation, "TAS"),
-            over_expected(evaluation, evaluation.positions, np.nan),
-        )
-        far = _thinned(finite_rows(positions) & (tas.errors >= tas.limit))
-        cross = {"color": line["color"], "linestyle": "", "marker": "x", "markersize": 5}
-        axes.plot(*positions[far][:, view].T, **cross)
+    else:
+        for line, evaluation in zip(_lines(scored), scored, strict=True):
+            _draw_path(axes, evaluation, evaluation.positions[:, view], line)
+            tas = curve(evaluation, "TAS")
+            positions = over_expected(evaluation, evaluation.positions, np.nan)
+            far = _thinned(finite_rows(positions) & (tas.errors >= tas.limit))
+            cross = {"color": line["color"], "linestyle": "", "marker": "x", "markersize": 5}
+            axes.plot(*positions[far][:, view].T, **cross)
     # A box around the reference, so that an estimate far away does not shrink the rest.
     low, high = reference[:, view].min(axis=0), reference[:, view].max(axis=0)
     if len(view) == 3:
@@ -210,23 +209,15 @@ def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
     for axes, name in zip(panels, ("TAS", "RAS"), strict=True):
         curves = [curve(evaluation, name) for evaluation in scored]
         axes.set(yscale="log", ylabel=curves[0].label)
-        for row, (line, evaluation, drawn) in enumerate(
-            zip(_lines(scored), scored, curves, strict=True)
-        ):
-            positive = np.where(
-                np.isfinite(drawn.errors) & (drawn.errors > 0), drawn.errors, np.nan
-            )
-            _draw_line(axes, evaluation, frames(evaluation), positive, line)
+        drawn_lines = zip(_lines(scored), scored, curves, strict=True)
+        for row, (line, evaluation, drawn) in enumerate(drawn_lines, int(len(scored) > 1)):
+            x, colour = frames(evaluation), line["color"]
+            is_positive = np.isfinite(drawn.errors) & (drawn.errors > 0)
+            _draw_line(axes, evaluation, x, np.where(is_positive, drawn.errors, np.nan), line)
             for low, high in drawn.lost:
-                axes.axvspan(low, high, color=line["color"], alpha=0.15, linewidth=0)
-            if row < N_NAMED:
-                _mark_deficits(
-                    axes,
-                    drawn,
-                    frames(evaluation),
-                    line["color"],
-                    0 if len(scored) == 1 else row + 1,
-                )
+                axes.axvspan(low, high, color=colour, alpha=0.15, linewidth=0)
+            if row <= N_NAMED:
+                _mark_deficits(axes, drawn, x, colour, row)
         axes.axhline(curves[0].limit, color="0.3", linewidth=0.8, linestyle=":")
         axes.margins(x=0)
         n_rows = max(len(drawn.deficits) for drawn in curves) if len(scored) == 1 else len(scored)

@@ -22,14 +22,14 @@ __all__ = [
     "conditions",
     "csv",
     "deficits_of",
-    "frame",
     "latex",
     "markdown",
     "models_of",
     "notes_of",
     "rows_of",
+    "terms",
+    "text",
 ]
-__all__ += ["terms", "text", "text_of_deficits", "text_of_models"]
 
 MIN_COLUMNS = 5
 LONGEST = 28  # characters of a name
@@ -85,11 +85,9 @@ def _names(scored: Sequence[Evaluation], longest: int) -> list[str]:
 def _number(name: str, value: float | None) -> str:
     """Return our scores as in the other table, and metrics of other projects with a digit more."""
     unit = metric(name).unit
-    ours, others = {"": ".3f"}, {"": ".4f", "%": ".2f"}
-    number_format = (
-        ours.get(unit, "#.3g") if metric(name).name in SCORES else others.get(unit, "#.4g")
-    )
-    return _text(value, number_format)
+    if metric(name).name in SCORES:
+        return _text(value, "#.3g" if unit else ".3f")
+    return _text(value, {"": ".4f", "%": ".2f"}.get(unit, "#.4g"))
 
 
 def deficits_of(scored: Sequence[Evaluation], longest: int = LONGEST) -> Rows:
@@ -129,7 +127,7 @@ def text(scored: Sequence[Evaluation], columns: int) -> str:
 def models_of(
     scored: Sequence[Evaluation], longest: int = LONGEST, max_models: int | None = None
 ) -> Rows:
-    """Return the table of the models of estimates of several, at most so many of each."""
+    """Return the table of the models of estimates of several, at most so many; [] without any."""
     rows = [["estimate", "model", "images", "coverage", "TAS", "RAS", "PAS"]]
     for name, evaluation in zip(_names(scored, longest), scored, strict=True):
         for model in evaluation.models[:max_models]:
@@ -138,21 +136,10 @@ def models_of(
             rows.append([name, printable(model.name), *size, *scores])
         if rest := len(evaluation.models[max_models:]) if max_models else 0:
             rows.append([name, f"{rest} more", *5 * [""]])
-    return rows
+    return rows if rows[1:] else []
 
 
-def text_of_models(scored: Sequence[Evaluation], max_models: int | None = None) -> str:
-    """Return the table of models, for a terminal; an empty text without any."""
-    rows = models_of(scored, max_models=max_models)
-    return "\n".join(aligned(rows)) if rows[1:] else ""
-
-
-def text_of_deficits(scored: Sequence[Evaluation]) -> str:
-    """Return the table of where the scores are lost, for a terminal."""
-    return "\n".join(aligned(deficits_of(scored)))
-
-
-def frame(rows: Rows) -> Any:
+def _frame(rows: Rows) -> Any:
     """Return a table as a DataFrame of texts."""
     return require("pandas", "tables").DataFrame(rows[1:], columns=rows[0])
 
@@ -161,14 +148,14 @@ def markdown(scored: Sequence[Evaluation], more_notes: Sequence[str] = ()) -> st
     """Return the table in Markdown, with the conditions and all notes."""
     require("tabulate", "tables")
     rows = [list(map(_escaped, row)) for row in rows_of(scored, longest=200)]
-    table = frame(rows).to_markdown(
+    table = _frame(rows).to_markdown(
         index=False, disable_numparse=True, colalign=["left", *["right"] * (len(rows[0]) - 1)]
     )
     notes = [f"- {_escaped(note)}" for note in notes_of(scored, more_notes)]
     below = list(map(_escaped, conditions(scored)))
-    if (models := models_of(scored))[1:]:
+    if models := models_of(scored):
         rows = [list(map(_escaped, row)) for row in models]
-        below.append(frame(rows).to_markdown(index=False, disable_numparse=True))
+        below.append(_frame(rows).to_markdown(index=False, disable_numparse=True))
     return "\n\n".join([table, *below, *(["\n".join(notes)] if notes else [])]) + "\n"
 
 
@@ -183,7 +170,7 @@ def latex(scored: Sequence[Evaluation]) -> str:
     rows = rows_of(scored, longest=200)
     comments = "".join(f"% {printable(line)}\n" for line in conditions(scored))
     alignment = "l" + "r" * (len(rows[0]) - 1)
-    table: str = frame(rows).to_latex(index=False, escape=True, column_format=alignment)
+    table: str = _frame(rows).to_latex(index=False, escape=True, column_format=alignment)
     return comments + table
 
 
