@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from studies import beyond, head_to_head
 from tests.snakemake_server import home
 
 from .conftest import ROOT, SNAKEFILE, Done, options
@@ -36,9 +35,9 @@ TARGETS = {  # rules of the jobs that each target needs, from nothing; with two 
     },
     "claims": {"replicate": 2, "verdicts": 1},
     "readings": {},
-    "head_to_head": {"trials": 8, "study_trials": len(head_to_head.plan({})), "orders": 1},
+    "head_to_head": {"trials": 8, "study_trials": 8, "orders": 1},
     "threshold_study": {"study_trials": 3, "threshold_effects": 1, "study_figure": 1},
-    "beyond": {"study_trials": len(beyond.plan({})), "scenarios": 1, "study_figure": 1},
+    "beyond": {"study_trials": 31, "scenarios": 1, "study_figure": 1},
 }
 
 
