@@ -81,22 +81,20 @@ def test_what_was_not_aligned_is_not_saved(run, tmp_path, write, lines):
 def test_output_folder(run, tmp_path):
     """It is created, and has every result; of several estimates each has an aligned file."""
     folder = tmp_path / "results"
-    assert run(*TUM, TUM[1], "-o", folder)[0] == 0
+    code, printed, _ = run(*TUM, TUM[1], "--frames", TUM[1], "-o", folder, "--json")
+    assert code == 0
     names = ["scores.json", "errors.csv", "scores.csv", "scores.md", "scores.tex"]
     names += ["plot.png", "page.html"]
     names += ["aligned_estimate.txt", "aligned_reference.txt"]
     assert sorted(path.name for path in folder.iterdir()) == sorted(names)
-    saved = "--frames", TUM[1], "-o", folder
-    printed = run(*TUM, TUM[1], *saved, "--json")[1]
     assert json.loads((folder / "scores.json").read_text()) == json.loads(printed)
     assert run(*COLMAP, "-o", folder)[0] == 0  # again, and in a format without aligned files
 
 
-@pytest.mark.parametrize(("suffix", "magic"), [("pdf", b"%PDF"), ("svg", b"<?x")])
-def test_save_plot(run, tmp_path, suffix, magic):
-    path = tmp_path / f"plot.{suffix}"
+def test_save_plot(run, tmp_path):
+    path = tmp_path / "plot.pdf"
     assert run("colmap", "colmap/reference", "colmap/estimate", "--save_plot", path)[0] == 0
-    assert path.read_bytes().startswith(magic)
+    assert path.read_bytes().startswith(b"%PDF")
     assert list(tmp_path.iterdir()) == [path]
 
 
