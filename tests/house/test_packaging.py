@@ -127,7 +127,7 @@ print(*(module.name for module in pkgutil.iter_modules(alignscores.registration.
 
 @pytest.mark.slow
 @COMPILES
-def test_wheel(source, tmp_path):
+def test_a_wheel_holds_the_library_for_every_python(source, tmp_path):
     """The kernel is in it, for this platform and every Python; nothing else but the library."""
     before = sorted(source.rglob("*"))
     built = wheel(source)
@@ -172,7 +172,7 @@ def test_zig_is_required_where_there_is_no_other_compiler(environment, needed):
 
 @pytest.mark.slow
 @COMPILES
-def test_editable_installation(source):
+def test_an_editable_installation_notices_other_sources(source):
     """A kernel of other sources is not loaded, as after an update, until it is installed again."""
     hatchling(source, "wheel:editable")
     (library,) = (source / KERNEL).glob("kernel.so.*")

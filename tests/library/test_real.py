@@ -41,7 +41,7 @@ ROUNDED = {"abs": 0.6e-4, "rel": 0}  # the last digit given
 
 
 @each_pair
-def test_command_line(real, pair, capsys):
+def test_real_runs_have_the_values_of_an_independent_program(real, pair, capsys):
     """By the paper's registration, on the reference poses that are nearest to the estimate's."""
     estimate = str(real / pair.estimate)
     arguments = [pair.format_name, str(real / pair.reference), estimate, "--json"]

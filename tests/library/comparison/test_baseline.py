@@ -140,7 +140,7 @@ def test_a_value_needs_no_baseline(patterns, run):
         ("ate:rmse>1", "'ate:rmse>1': ate:rmse must be one of TAS, RAS, PAS"),
     ],
 )
-def test_wrong_conditions(patterns, run, fail_on, message):
+def test_wrong_conditions_are_named_in_one_line(patterns, run, fail_on, message):
     code, out, err = run(*patterns, "--fail_on", fail_on)
     assert (code, out) == (2, "")
     assert f"argument --fail_on: {message}" in err
@@ -169,7 +169,7 @@ def test_what_is_new_or_gone_is_named(gate, tmp_path):
     assert "\nnew: lsd on car\ngone: dso on car, dso on helix, orb on helix\n" in out
 
 
-def test_a_broken_file(patterns, run, tmp_path):
+def test_a_broken_baseline_is_refused_in_one_line(patterns, run, tmp_path):
     saved = json.loads(run(*patterns, "--json")[1])
     saved["runs"][0]["PAS"] = "high"
     refusal = "saved.json: has no table of runs, as --save_csv and --save_json write"

@@ -56,7 +56,7 @@ def test_what_is_wrong_is_a_value_error(
     assert message in str(caught.value)
 
 
-def test_its_tables(comparison):
+def test_its_tables_agree_and_are_compared_by_another_metric(comparison):
     """And the same by another metric, from the table of runs."""
     assert len(comparison.summary) == 2 * 3
     overall = comparison.overall.set_index("system")

@@ -217,7 +217,7 @@ def test_twelve_systems_on_two_sequences_fit_a_terminal(run, tmp_path):
     code, out, _ = run("runs.csv")
     assert code == 0
     assert max(map(text_width, out.splitlines())) <= 120
-    assert len(out.split("\n\n")[1].splitlines()) == 13
+    assert all(f"\n{name} " in out for name in systems)
 
 
 def test_without_rotations_the_verdict_says_by_what_to_compare(patterns, run):
@@ -246,7 +246,7 @@ def test_the_command_begins_with_the_verdict(patterns, run):
     ]
     assert "†1" in by_sequence
     assert by_sequence.splitlines()[-1].startswith("d [m] ")
-    assert len(legend.splitlines()) == 2
+    assert "mean" in legend
 
 
 def test_csv_and_json_have_the_same_runs(patterns, run):
