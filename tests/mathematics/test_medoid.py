@@ -16,10 +16,10 @@ def sums_of_distances(rotations):
     return np.minimum(scipy.spatial.distance.cdist(flat, flat), 0.5).sum(axis=1)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     seed=st.integers(0, 10_000),
-    n=st.one_of(st.integers(1, 60), st.integers(300, 1500), st.integers(5001, 6000)),
+    n=st.one_of(st.integers(1, 60), st.integers(300, 1500), st.integers(5001, 5200)),
     noise_deg=st.sampled_from([0.0, 1e-7, 1e-3, 0.1, 1.0, 5.0, 20.0, 180.0]),
     outliers=st.sampled_from([0.0, 0.1, 0.48, 0.9]),
     agree=st.booleans(),
