@@ -176,7 +176,10 @@ def test_a_report_ends_as_it_must(folder, command, row):
         assert "corrected)" not in err
 
 
-BY_EVERY_DOOR = [  # a refusal, a note, a remedy, a hint, a failure
+BY_EVERY_DOOR = [  # settings of either file, a refusal, a note, a remedy, a hint, a failure
+    ("01", "lowres_wide.traj est.txt --ref_columns 't rx ry rz x y z' --ref_invert"),
+    ("34", "b_gt.txt b_euler.txt --est_columns 't x y z'"),
+    *(("07", "gt results.txt"), ("16", "gt reconstruction.json"), ("41", "tum r.csv e2.csv")),
     *(("26", "gt.txt est.txt"), ("20", "short_names.csv est.txt"), ("14", "pose est.txt")),
     *(("29", "j_gt.txt j_est.txt --t_offset auto"), ("30", "c_gt_ms.txt c_est_ms.txt")),
     *(("23", "gt.npz vggt.npz"), ("25", "gt.txt static.txt")),
