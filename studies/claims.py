@@ -115,7 +115,7 @@ def _levels(needed: Sequence[Cell], key: str) -> set[float]:
     return {getattr(cell, key) for cell in needed}
 
 
-def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials]) -> list[pd.DataFrame | str]:
     """Return the verdicts, those under other readings and by other criteria, and the page."""
     if len(trials) < 2:
         raise CommandError(
@@ -125,7 +125,7 @@ def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str
         if table.sweep.replicate != number:
             raise CommandError(f"{table.path} is not replicate {number}: name them in order, once")
     claims, replicates = load_claims(len(trials)), list(map(select_trials, trials))
-    verdicts, readings, criteria = decide(claims, replicates, n_jobs=n_jobs)
+    verdicts, readings, criteria = decide(claims, replicates)
     return [verdicts, readings, criteria, draw(verdicts, readings)]
 
 
@@ -205,7 +205,7 @@ def _reach(values: Floats, share: float) -> float:
 
 
 def decide(
-    claims: Claims, replicates: Sequence[Replicate], *, n_jobs: int = 1
+    claims: Claims, replicates: Sequence[Replicate]
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Give every claim its verdicts, from the tables of trials of each replicate study.
 
@@ -234,7 +234,7 @@ def decide(
         for number, trials in enumerate(replicates)
     ]
     values: list[list[float]] = [[] for _ in evaluations]
-    for number, evaluated in enumerate(Parallel(n_jobs)(starmap(delayed(_evaluate), tasks))):
+    for number, evaluated in enumerate(Parallel()(starmap(delayed(_evaluate), tasks))):
         deciding = [
             column for column, (_, n) in zip(values, evaluations, strict=True) if number < n
         ]

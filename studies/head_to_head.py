@@ -39,7 +39,7 @@ def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return tables
 
 
-def answer(trials: Sequence[Trials], _n_jobs: int = 1) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials]) -> list[pd.DataFrame | str]:
     """Return the comparison as a table."""
     return [compare_orders(joined(trials))]
 

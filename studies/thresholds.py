@@ -122,7 +122,7 @@ def _write(value: object) -> str:
         return str(value)
 
 
-def answer(trials: Sequence[Trials], _n_jobs: int = 1) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials]) -> list[pd.DataFrame | str]:
     """Return the effects of all values."""
     by_name = {table.path.stem: table for table in trials}
     parts = {name: table.table for name, table in by_name.items()}

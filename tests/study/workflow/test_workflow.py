@@ -359,7 +359,7 @@ def plan(settings):
     return {"line": {"experiment": "collinear", "metrics": ["TAS", "ATE"], **levels, **settings}}
 
 
-def answer(trials, n_jobs=1):
+def answer(trials):
     """Return the means as a table."""
     means = trials[0].table[["TAS", "ATE"]].mean()
     return [means.rename_axis("metric").reset_index(name="mean")]
