@@ -50,15 +50,14 @@ def replicates(
 ) -> list[tuple[Sweep, ...]]:
     """Return the sweeps of replicate studies, those that the claims need."""
     reject(dict(map(split_override, overrides)), FIXED, "the claims decide what is run")
-    needed = {number: list(claims.needed(number)) for number in numbers}
-    different = {
-        len(claims_of_study): claims_of_study for claims_of_study in needed.values()
-    }  # the first ones have more readings
-    planned = {n: plan(claims_of_study, overrides) for n, claims_of_study in different.items()}
-    return [
-        tuple(replace(sweep, replicate=number) for sweep in planned[len(claims_of_study)])
-        for number, claims_of_study in needed.items()
-    ]
+    planned: dict[int, list[Sweep]] = {}  # by the number of claims: the first studies have more
+    studies = []
+    for number in numbers:
+        needed = list(claims.needed(number))
+        if len(needed) not in planned:
+            planned[len(needed)] = plan(needed, overrides)
+        studies.append(tuple(replace(sweep, replicate=number) for sweep in planned[len(needed)]))
+    return studies
 
 
 def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
@@ -261,15 +260,12 @@ def decide(
 
 def _read(readings: Sequence[Read], values: Iterator[Floats]) -> pd.DataFrame:
     """Return the verdicts under other readings."""
-    tables = [pd.DataFrame(columns=["decision", "question", "paper_says", "choice", "reading"])]
-    for decision, reading, changed in readings:
-        verdicts = _decided(changed, [next(values) for _ in changed])
-        verdicts.insert(0, "claim", verdicts.index)
-        texts = (decision.id, decision.question, decision.paper, decision.choice, reading.reading)
-        for at, (name, text) in enumerate(zip(tables[0], texts, strict=True)):
-            verdicts.insert(at, name, text)
-        tables.append(verdicts)
-    return pd.concat(tables, ignore_index=True) if readings else tables[0]
+    names = ["decision", "question", "paper_says", "choice", "reading"]
+    if not readings:
+        return pd.DataFrame(columns=names)
+    texts = [(d.id, d.question, d.paper, d.choice, reading.reading) for d, reading, _ in readings]
+    tables = [_decided(changed, [next(values) for _ in changed]) for *_, changed in readings]
+    return pd.concat(tables, keys=texts, names=[*names, "claim"]).reset_index()
 
 
 def statements(claims: pd.DataFrame) -> pd.DataFrame:

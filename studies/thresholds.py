@@ -282,7 +282,13 @@ def draw(table: pd.DataFrame) -> Figure:
             [], [], color=style.INK, lw=0.6, marker=""
         ),
     }
-    style.key(figure, handles, loc="outside lower center", handletextpad=0.4, columnspacing=1.6)
+    figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="outside lower center",
+        ncols=len(handles),
+        columnspacing=1.6,
+    )
     return figure
 
 
