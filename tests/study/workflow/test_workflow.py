@@ -393,9 +393,8 @@ rule toy:
         expand(RESULTS / "figures/{figure}.{ext}", figure="toy", ext=["pdf", "png"]),
 """
 ENTRIES = [  # in the Snakefile
-    ("studies import beyond,", "studies import toy, beyond,"),
     ("STUDY_FIGURES = {", 'STUDY_FIGURES = {"toy": "studies.toy:draw", '),
-    ("PLANS = {", 'PLANS = {"toy": toy.plan, '),
+    ("\nSTUDIES = {", '\nSTUDIES = {"toy": "studies.toy", '),
 ]
 
 
