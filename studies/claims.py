@@ -224,7 +224,8 @@ def decide(
         many `claims` have the bound, how many of their verdicts are others then, `changed` and
         `population_changed`, and `changes`: the former, with what they are.
     """
-    originals, readings = list(claims.claims.values()), list(claims.read())
+    originals = list(claims.claims.values())
+    readings = [entry for entry in claims.read() if entry[2]]  # those that change a claim
     evaluations = [(claim, claims.replicates) for claim in originals]
     for _, reading, changed in readings:
         evaluations += [(claim, claims.n_studies(reading)) for claim in changed.values()]
