@@ -359,7 +359,7 @@ def plan(settings):
     return {"line": {"experiment": "collinear", "metrics": ["TAS", "ATE"], **levels, **settings}}
 
 
-def answer(trials, n_jobs=1):
+def answer(trials):
     """Return the means as a table."""
     means = trials[0].table[["TAS", "ATE"]].mean()
     return [means.rename_axis("metric").reset_index(name="mean")]
@@ -393,9 +393,8 @@ rule toy:
         expand(RESULTS / "figures/{figure}.{ext}", figure="toy", ext=["pdf", "png"]),
 """
 ENTRIES = [  # in the Snakefile
-    ("studies import beyond,", "studies import toy, beyond,"),
     ("STUDY_FIGURES = {", 'STUDY_FIGURES = {"toy": "studies.toy:draw", '),
-    ("PLANS = {", 'PLANS = {"toy": toy.plan, '),
+    ("\nSTUDIES = {", '\nSTUDIES = {"toy": "studies.toy", '),
 ]
 
 
