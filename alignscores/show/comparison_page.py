@@ -27,7 +27,7 @@ from ..comparison.tables import (
     overall,
     wins_text,
 )
-from ..texts import distinct
+from ..texts import distinct, first_few
 from .document import COLOURS, LAYOUT, inert, log_range, rectangles, render, style
 
 __all__ = ["figures_of_comparison", "page_of_comparison"]
@@ -90,9 +90,8 @@ def page_of_comparison(
     )
     if "errors" in drawn:
         sections.append({"heading": "Errors over time", "text": MORE, "figure": drawn["errors"]})
-    systems = comparison.overall["system"].tolist()
-    more = f" and {len(systems) - 3} more" if systems[3:] else ""
-    return render(f"{by} of {', '.join(systems[:3])}{more}", comparison.verdict, sections)
+    systems = first_few(comparison.overall["system"].tolist(), 3)
+    return render(f"{by} of {systems}", comparison.verdict, sections)
 
 
 def _rows(table: pd.DataFrame) -> list[list[Markup]]:

@@ -305,7 +305,7 @@ def test_the_table_of_metrics_has_every_name():
     page = (DOCS / "reference" / "metrics.md").read_text()
     for entry in metrics.METRICS:
         if entry.name not in metrics.SCORES:
-            assert f"| `{entry.syntax}` | {entry.description}" in page
+            assert f"`{entry.syntax}`" in page
 
 
 def test_the_settings_have_every_name():
