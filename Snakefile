@@ -17,10 +17,12 @@ import sys
 from contextlib import suppress
 from functools import cache, partial
 from hashlib import sha256
+from importlib import import_module
 from math import ceil
 from modulefinder import ModuleFinder
 from pathlib import Path
 
+import yaml
 from snakemake.exceptions import WorkflowError
 
 ROOT = Path(workflow.basedir)
@@ -28,13 +30,17 @@ sys.path.insert(0, str(ROOT))
 shell.prefix(f"PATH={shlex.quote(str(Path(sys.executable).parent))}:$PATH; ")  # so that `python` is this one
 
 from experiments.config import EXPERIMENTS, ConfigError, load, load_sweep, settings_file, to_overrides
-from studies import beyond, claims, head_to_head, thresholds
 
 POSITIONS = ["outliers", "collinear", "trajectory_length"]  # figures of section 6.1, and their trials
 POSES = ["histogram", "rotations", "combined", "maa_vs_pas"]  # figures of sections 6.2 and 6.3
+# The order in which experiments start: those of POSITIONS, whose figures are then drawn while others
+# run, so that at the end one core draws and one makes Table 1; then the longest first.
+START = [*POSITIONS, "maa_vs_pas_outliers", "combined", "maa_vs_pas_collinear"]
+START += ["maa_vs_pas_length", "rotations"]
 CLAIMS_FILES = ["configs/claims.yaml", "studies/claims.html.j2"]
 CAPTIONS = ["outliers", "combined", "maa_vs_pas_outliers", "maa_vs_pas_collinear"]  # with percentages
-OWN_KEYS = {"threshold_study": thresholds.axis_names(), "beyond": ["scenarios"], "claims": ["replicates"]}
+AXES = list(yaml.safe_load((ROOT / "studies/thresholds.yaml").read_text())["axes"])
+OWN_KEYS = {"threshold_study": AXES, "beyond": ["scenarios"], "claims": ["replicates"]}
 OTHER_KEYS = {"n_jobs", "results_dir", *sum(OWN_KEYS.values(), [])}
 SETTINGS = {key: value for key, value in config.items() if key not in OTHER_KEYS}  # of experiments
 RESULTS = Path(str(config.get("results_dir", "results")))
@@ -62,7 +68,7 @@ def check_settings():
             )
     if len(wrong) == len(EXPERIMENTS):
         raise wrong["outliers"]
-    if set(OWN_KEYS["threshold_study"]) & config.keys():
+    if config.keys() & AXES:
         tables_of("threshold_study")  # wrong values end here, whatever the target
 
 
@@ -74,12 +80,14 @@ def overrides(experiment):
 def tables_of(study):
     """Return the settings of each table of trials of a study, by its name."""
     keys = OWN_KEYS.get("beyond" if study == BEYOND else study, [])
-    return PLANS[study]({**SETTINGS, **{key: config[key] for key in keys if key in config}})
+    plan = import_module(STUDIES[study]).plan
+    return plan({**SETTINGS, **{key: config[key] for key in keys if key in config}})
 
 
 @cache
 def sweeps_of_replicates():
     """Return the sweeps of each replicate study of the claims."""
+    claims = import_module("studies.claims")
     known = claims.load_claims(config.get("replicates"))
     return claims.replicates(known, to_overrides(SETTINGS), range(known.replicates))
 
@@ -143,8 +151,20 @@ def code(*modules, leave_out=("comparison.comparison", "evaluation", "io", "show
     return sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()
 
 
-BEYOND = in_one_sentence(beyond.study_name, Path(config.get("scenarios", beyond.SCENARIOS)))
-PLANS = {"head_to_head": head_to_head.plan, "threshold_study": thresholds.plan, BEYOND: beyond.plan}
+def name_of_beyond():
+    """Return the name of the results of a file of scenarios."""
+    if "scenarios" not in config:
+        return "beyond"
+    return in_one_sentence(import_module("studies.beyond").study_name, Path(config["scenarios"]))
+
+
+BEYOND = name_of_beyond()
+# Imported where their trials are wanted: pandas and Matplotlib take half a second.
+STUDIES = {
+    "head_to_head": "studies.head_to_head",
+    "threshold_study": "studies.thresholds",
+    BEYOND: "studies.beyond",
+}
 try:
     check_settings()
 except ConfigError as error:
@@ -200,7 +220,7 @@ rule trials:
         overrides=lambda w: overrides(w.experiment),
         table=lambda w, output: to_overrides({"output": output[0]}),
         code=lambda w: code("experiments.run"),
-    priority: 1
+    priority: lambda w: len(START) - [*START, w.experiment].index(w.experiment)
     threads: workflow.cores if THREADS == -1 else THREADS
     resources:  # twice the megabytes and nine times the minutes that were measured, and ten for slow nodes
         mem_mb=lambda w, threads: 600 + 300 * threads + TRIALS,
@@ -236,6 +256,7 @@ rule position_figures:
         draw=POSITIONS,
         figures=RESULTS / "figures",
         code=lambda w: code("figures.__main__", leave_out=OF_FIGURES),
+    priority: len(START)
     log:
         RESULTS / "logs/figures/positions.log",
     benchmark:
@@ -255,6 +276,7 @@ use rule position_figures as pose_figures with:
         draw=POSES,
         figures=RESULTS / "figures",
         code=lambda w: code("figures.__main__", leave_out=OF_FIGURES),
+    priority: 0
     log:
         RESULTS / "logs/figures/poses.log",
     benchmark:
@@ -397,6 +419,7 @@ use rule trials as study_trials with:
         overrides=overrides_of,
         table=lambda w, output: to_overrides({"output": output[0]}),
         code=lambda w: code("experiments.run"),
+    priority: 1
     log:
         RESULTS / "logs/trials/{study}/{table}.log",
     benchmark:

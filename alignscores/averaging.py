@@ -138,8 +138,8 @@ def tlud_mean(rotations: Floats) -> Floats:
     Lee and Civera, "Robust Single Rotation Averaging Revisited", arXiv 2309.05388.
     """
     points = rotations.reshape(-1, 9)
-    centre = points[medoid(rotations)]
-    inliers = rotations[np.linalg.norm(points - centre, axis=1) < TLUD_THRESHOLD]
+    offsets = points - points[medoid(rotations)]
+    inliers = rotations[np.sqrt((offsets * offsets).sum(axis=1)) < TLUD_THRESHOLD]
     chordal = project_to_rotation(inliers.sum(axis=0))
     means = geodesic_l1_means(inliers[None], chordal[None], tolerance=TLUD_TOLERANCE)
     return np.asarray(means[0])

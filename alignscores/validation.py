@@ -171,6 +171,8 @@ def _tolerance(values: Any) -> float:
     while isinstance(values, (list, tuple)) and values:
         values = values[0]
     dtype = getattr(values, "dtype", np.float64)
+    if dtype == np.float64:  # before its name, which NumPy makes anew
+        return ROTATION_TOLERANCE
     return TOLERANCES.get(str(dtype).removeprefix("torch."), ROTATION_TOLERANCE)
 
 

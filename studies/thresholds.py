@@ -84,11 +84,6 @@ class Axis:
         }
 
 
-def axis_names() -> list[str]:
-    """Return the names of the axes, by which other values can be set."""
-    return list(read_yaml(AXES, _File).axes)
-
-
 def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the settings of each table; there may be other values of axes."""
     file = read_yaml(AXES, _File)

@@ -209,8 +209,8 @@ class Evaluation:
         n = len(positions)
         sample = positions[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
         largest = self.result.tas.unit * self.settings.max_threshold
-        distances = np.linalg.norm(sample[:, None] - sample, axis=2)
-        below = N_THRESHOLDS - np.floor(distances * (N_THRESHOLDS / largest))
+        squared = sum((axis[:, None] - axis) ** 2 for axis in sample.T)
+        below = N_THRESHOLDS - np.floor(np.sqrt(squared) * (N_THRESHOLDS / largest))
         return float(np.maximum(below, 0).mean(axis=1).max() / N_THRESHOLDS)
 
     @cached_property

@@ -166,7 +166,7 @@ def score(
             f"it has {len(rows)} models; scored is {best}, and all images that it lacks are missing"
         )
         notes.append(Note("models", text, "--model chooses another one"))
-    evaluation = _score_trajectory(
+    return _score_trajectory(
         reference,
         poses,
         settings,
@@ -176,9 +176,9 @@ def score(
         groups=groups,
         check=check,
         functions=functions,
+        models=rows,
         of_models=of_models,
     )
-    return replace(evaluation, models=rows)
 
 
 def _each_model(
@@ -226,6 +226,7 @@ def _score_trajectory(
     groups: Indices | None,
     check: bool,
     functions: Iterable[Metric | Callable[..., Any]] = (),
+    models: tuple[Model, ...] = (),
     of_models: ModelPoses | None = None,
 ) -> Evaluation:
     """Match, score and explain the poses of an estimate; see `score`. `notes` are those so far."""
@@ -273,6 +274,7 @@ def _score_trajectory(
         body_rotation=outcome.body_rotation,
         lever_arm=outcome.lever_arm,
         notes=notes,
+        models=models,
     )
     notes += notes_on_matching(outcome, reference, poses, settings, groups)
     hints = []

@@ -4,16 +4,17 @@ evo associates, aligns, computes and writes; it comes with the extra ``evo``.
 """
 
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats
 from ..evaluation.conventions import rotate_cameras
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.lever import with_lever_arm
 from ..extras import require
 from ..io import Trajectory
+from ..io.trajectory import TIME_UNITS, time_unit
 from ..similarity import Similarity
 from ..texts import printable
 from ..validation import finite_rows
@@ -34,9 +35,10 @@ SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle"
 def evo_result(evaluation: Evaluation, reference: str, pose_relation: str = "trans_part") -> bytes:
     """Return the zip that ``evo_ape --save_results`` writes, with both trajectories and our scores.
 
-    The poses are those of the files, associated by evo: each with the nearest reference pose within
-    ``t_max_diff``. Without stamps they are the matched poses. `reference` is the path that names
-    the reference in it. Raise a ValueError where evo has no result.
+    The poses are those of the files, by evo's own reader where it reads the same poses, and are
+    associated by evo: each with the nearest reference pose within ``t_max_diff``. Without stamps
+    they are the matched poses. `reference` is the path that names the reference in it. Raise a
+    ValueError where evo has no result.
     """
     evo = require("evo", "evo")
     file_interface = require("evo.tools.file_interface", "evo")
@@ -79,26 +81,57 @@ def _associated(evaluation: Evaluation, ref_name: str, est_name: str) -> tuple[A
     if evaluation.lever_arm is not None:
         read = with_lever_arm(read, evaluation.lever_arm.vector)
     read = read._replace(poses=rotate_cameras(read.poses, evaluation.body_rotation))
-    ref, est = (
-        trajectory.PoseTrajectory3D(poses_se3=list(poses), timestamps=stamps, name=name)
-        for name, (stamps, poses) in (
-            (ref_name, evaluation.reference),
-            (est_name, _finite_in_order(read)),
-        )
+    files = (ref_name, evaluation.reference), (est_name, _finite_in_order(read))
+    by_evo = [_by_evo(*file) for file in files]
+    units = {time_unit(read.timestamps) for read in by_evo if read is not None}
+    if None in by_evo or len(units) != 1:
+        units = {"s"}
+        by_evo = [
+            trajectory.PoseTrajectory3D(poses_se3=list(poses), timestamps=stamps, name=name)
+            for name, (stamps, poses) in files
+        ]
+    ref, est = by_evo
+    second = TIME_UNITS[units.pop()]
+    start, end = (
+        time if time is None else time * second for time in (settings.t_start, settings.t_end)
     )
-    if settings.t_start is not None or settings.t_end is not None:
-        ref.reduce_to_time_range(settings.t_start, settings.t_end)
+    if start is not None or end is not None:
+        ref.reduce_to_time_range(start, end)
     pair: tuple[Any, Any] = ref.sync_with(
-        est, max_diff=settings.t_max_diff, offset_2=evaluation.t_offset
+        est, max_diff=settings.t_max_diff * second, offset_2=evaluation.t_offset * second
     )
     return pair
 
 
-def _finite_in_order(estimate: Trajectory) -> tuple[Floats, Floats]:
-    """Return stamps and poses without those that were not estimated, in the order of time."""
+def _finite_in_order(estimate: Trajectory) -> Trajectory:
+    """Return the poses that were estimated, in the order of time."""
     rows = np.flatnonzero(finite_rows(estimate.poses))
     rows = rows[np.argsort(estimate.keys[rows], kind="stable")]
-    return estimate.keys[rows], estimate.poses[rows]
+    return Trajectory(estimate.keys[rows], estimate.poses[rows])
+
+
+def _by_evo(file: str, ours: Trajectory) -> Any:
+    """Return what evo reads from a TUM file, if it is the same: its stamps have all their digits.
+
+    Nanoseconds since 1970 are rounded in float64, and in seconds otherwise than as they are.
+    """
+    if not Path(file).is_file():
+        return None
+    try:
+        read = require("evo.tools.file_interface", "evo").read_tum_trajectory_file(file)
+    except (require("evo", "evo").EvoException, ValueError):
+        return None
+    seconds = read.timestamps / TIME_UNITS[time_unit(read.timestamps)]
+    theirs = Trajectory(seconds, np.array(read.poses_se3))
+    pairs = zip(_by_time(theirs), _by_time(ours), strict=True)
+    same = all(a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-6) for a, b in pairs)
+    return read if same else None
+
+
+def _by_time(read: Trajectory) -> Trajectory:
+    """Return poses in the order of time, the first of each stamp."""
+    stamps, first = np.unique(read.keys, return_index=True)
+    return Trajectory(stamps, read.poses[first])
 
 
 def _aligned_by_yaw(ref: Any, est: Any, up: str) -> Any:
