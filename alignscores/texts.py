@@ -28,8 +28,9 @@ LONGEST = 60  # characters of a text in a message
 
 def first_few(texts: Sequence[str]) -> str:
     """Return the first few of some texts, separated by commas, and how many more there are."""
-    more = f" and {len(texts) - N_SHOWN} more" if len(texts) > N_SHOWN else ""
-    return ", ".join(texts[:N_SHOWN]) + more
+    shown = texts if len(texts) == N_SHOWN + 1 else texts[:N_SHOWN]  # never "and 1 more"
+    more = f" and {len(texts) - N_SHOWN} more" if len(texts) > len(shown) else ""
+    return ", ".join(shown) + more
 
 
 def alike(notes: Iterable[tuple[str, str]]) -> list[str]:

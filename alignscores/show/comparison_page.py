@@ -27,7 +27,7 @@ from ..comparison.tables import (
     overall,
     wins_text,
 )
-from ..texts import distinct
+from ..texts import distinct, first_few
 from .document import COLOURS, LAYOUT, inert, log_range, rectangles, render, style
 
 __all__ = ["figures_of_comparison", "page_of_comparison"]
@@ -91,8 +91,7 @@ def page_of_comparison(
     if "errors" in drawn:
         sections.append({"heading": "Errors over time", "text": MORE, "figure": drawn["errors"]})
     systems = comparison.overall["system"].tolist()
-    more = f" and {len(systems) - 3} more" if systems[3:] else ""
-    return render(f"{by} of {', '.join(systems[:3])}{more}", comparison.verdict, sections)
+    return render(f"{by} of {first_few(systems)}", comparison.verdict, sections)
 
 
 def _rows(table: pd.DataFrame) -> list[list[Markup]]:

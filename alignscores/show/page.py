@@ -14,7 +14,7 @@ from plotly.subplots import make_subplots
 from ..arrays import Floats
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import collected_warnings
-from ..texts import printable
+from ..texts import first_few, printable
 from ..thresholds import N_THRESHOLDS, ScoreProfile, tas_profile
 from ..validation import finite_rows
 from . import tables
@@ -31,7 +31,6 @@ def page_of(
 ) -> str:
     """Return the page; `reference` is its file, `notes` are on it and on files that failed."""
     names, drawn = [evaluation.name for evaluation in scored], figures(scored)
-    shown, more = (names, "") if len(names) <= 4 else (names[:3], f" and {len(names) - 3} more")
     crosses = "With “colour: error”, crosses" if scored[1:] else "Crosses"
     sections: list[dict[str, Any]] = [
         {
@@ -71,7 +70,7 @@ def page_of(
     ]
     if (models := tables.models_of(scored, longest=60))[1:]:
         sections.insert(1, {"heading": "Models of the estimates", "table": models})
-    title = f"{', '.join(shown)}{more} against {printable(Path(reference).name)}"
+    title = f"{first_few(names)} against {printable(Path(reference).name)}"
     return render(title, tables.conditions(scored), sections)
 
 

@@ -127,6 +127,15 @@ def test_differences_have_intervals_where_they_are_significant(tested):
             plot(tested, **options)
 
 
+@pytest.mark.parametrize(
+    ("n", "names"), [(6, "a, b, c, d, e, f"), (8, "a, b, c, d, e and 3 more")]
+)
+def test_the_title_names_the_first_systems(n, names):
+    runs = pd.DataFrame({"system": list("abcdefgh"[:n]), "seconds": range(n)})
+    page = page_of_comparison(compare(runs, by="seconds", better="smaller"))
+    assert f"<title>seconds of {names}</title>" in page
+
+
 @pytest.mark.timeout(300)
 def test_in_a_browser_it_answers_and_names_are_text(opened, tested):
     page = opened(page_of_comparison(tested))
