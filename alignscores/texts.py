@@ -26,11 +26,11 @@ N_SHOWN = 5  # entries of a list that a message shows
 LONGEST = 60  # characters of a text in a message
 
 
-def first_few(texts: Sequence[str]) -> str:
-    """Return the first few of some texts, separated by commas, and how many more there are."""
-    shown = texts if len(texts) == N_SHOWN + 1 else texts[:N_SHOWN]  # never "and 1 more"
-    more = f" and {len(texts) - N_SHOWN} more" if len(texts) > len(shown) else ""
-    return ", ".join(shown) + more
+def first_few(texts: Sequence[str], n: int = N_SHOWN) -> str:
+    """Return the first n texts, separated by commas, and how many more there are if not one."""
+    if len(texts) <= n + 1:
+        return ", ".join(texts)
+    return f"{', '.join(texts[:n])} and {len(texts) - n} more"
 
 
 def alike(notes: Iterable[tuple[str, str]]) -> list[str]:

@@ -40,10 +40,7 @@ IN_COLOUR = ("n_outliers", "n_cameras", "sigma_r_deg", "sigma_t", *TEXTS)
 
 GROUP = 0.76  # width of the strokes around a level, in levels, if there are ten or more
 STRIP = 0.3  # width of the bars at the right, as a share of the levels' width
-THICK, THIN = (
-    1.6,
-    0.5,
-)  # first and last curve in points, so that coinciding ones are seen as stripes
+THICK, THIN = 1.6, 0.5  # first and last curve in points: coinciding ones are seen as stripes
 LOG = 300  # largest by smallest mean of an error, above which its axis is logarithmic
 MAX_BLOCKS = 12  # combinations of the settings that have neither an axis nor colours
 

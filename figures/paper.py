@@ -63,9 +63,8 @@ def maa_vs_pas(outliers: pd.DataFrame, length: pd.DataFrame, collinear: pd.DataF
     return figure
 
 
-FIGURES: dict[
-    str, tuple[Callable[..., Figure], tuple[str, ...]]
-] = {  # by name: the function that draws it, and the experiments that it shows
+# By name: the function that draws it, and the experiments that it shows.
+FIGURES: dict[str, tuple[Callable[..., Figure], tuple[str, ...]]] = {
     "histogram": (histogram, ("combined",)),
     "outliers": (outliers, ("outliers",)),
     "collinear": (collinear, ("collinear",)),

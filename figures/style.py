@@ -1,16 +1,13 @@
 """One look for all figures: sizes on the printed page, type, lines and colours."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import matplotlib
 import matplotlib.style
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.legend import Legend
 from matplotlib.text import Annotation, Text
 
 from alignscores.arrays import Floats
@@ -133,9 +130,3 @@ def note(
     return axes.annotate(
         text, at, offset, textcoords="offset points", **{"fontsize": SMALL, **options}
     )
-
-
-def key(figure: Figure, handles: Mapping[str, Artist], **options: Any) -> Legend:
-    """Draw a key in one row: lines and marks with their meaning."""
-    chosen = {"ncols": len(handles), "fontsize": SMALL, **options}
-    return figure.legend(list(handles.values()), list(handles), **chosen)

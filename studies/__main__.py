@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pandas as pd
+from joblib import parallel_config
 
 from experiments.command import CommandError, run_command
 from experiments.tables import read_trials, to_csv, write_files
@@ -33,7 +34,8 @@ def _work(options: Namespace) -> list[Path]:
     study = import_module(f"studies.{options.name}")
     trials = [read_trials(path) for path in options.tables]
     try:
-        answers = study.answer(trials, options.n_jobs)
+        with parallel_config(n_jobs=options.n_jobs):
+            answers = study.answer(trials)
     except KeyError as error:
         problem = f"these tables, which lack {error}, are not from {options.name}"
         raise CommandError(f"{problem}; see the rules of the Snakefile") from None

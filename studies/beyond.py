@@ -81,7 +81,7 @@ def study_name(path: Path) -> str:
         return _table_name(name)
 
 
-def answer(trials: Sequence[Trials], _n_jobs: int = 1) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials]) -> list[pd.DataFrame | str]:
     """Return what each metric orders in each scenario."""
     return [findings({table.path.stem: table for table in trials})]
 

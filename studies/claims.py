@@ -50,15 +50,14 @@ def replicates(
 ) -> list[tuple[Sweep, ...]]:
     """Return the sweeps of replicate studies, those that the claims need."""
     reject(dict(map(split_override, overrides)), FIXED, "the claims decide what is run")
-    needed = {number: list(claims.needed(number)) for number in numbers}
-    different = {
-        len(claims_of_study): claims_of_study for claims_of_study in needed.values()
-    }  # the first ones have more readings
-    planned = {n: plan(claims_of_study, overrides) for n, claims_of_study in different.items()}
-    return [
-        tuple(replace(sweep, replicate=number) for sweep in planned[len(claims_of_study)])
-        for number, claims_of_study in needed.items()
-    ]
+    planned: dict[int, list[Sweep]] = {}  # by the number of claims: the first studies have more
+    studies = []
+    for number in numbers:
+        needed = list(claims.needed(number))
+        if len(needed) not in planned:
+            planned[len(needed)] = plan(needed, overrides)
+        studies.append(tuple(replace(sweep, replicate=number) for sweep in planned[len(needed)]))
+    return studies
 
 
 def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
@@ -115,7 +114,7 @@ def _levels(needed: Sequence[Cell], key: str) -> set[float]:
     return {getattr(cell, key) for cell in needed}
 
 
-def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials]) -> list[pd.DataFrame | str]:
     """Return the verdicts, those under other readings and by other criteria, and the page."""
     if len(trials) < 2:
         raise CommandError(
@@ -125,7 +124,7 @@ def answer(trials: Sequence[Trials], n_jobs: int = 1) -> list[pd.DataFrame | str
         if table.sweep.replicate != number:
             raise CommandError(f"{table.path} is not replicate {number}: name them in order, once")
     claims, replicates = load_claims(len(trials)), list(map(select_trials, trials))
-    verdicts, readings, criteria = decide(claims, replicates, n_jobs=n_jobs)
+    verdicts, readings, criteria = decide(claims, replicates)
     return [verdicts, readings, criteria, draw(verdicts, readings)]
 
 
@@ -205,7 +204,7 @@ def _reach(values: Floats, share: float) -> float:
 
 
 def decide(
-    claims: Claims, replicates: Sequence[Replicate], *, n_jobs: int = 1
+    claims: Claims, replicates: Sequence[Replicate]
 ) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Give every claim its verdicts, from the tables of trials of each replicate study.
 
@@ -225,7 +224,8 @@ def decide(
         many `claims` have the bound, how many of their verdicts are others then, `changed` and
         `population_changed`, and `changes`: the former, with what they are.
     """
-    originals, readings = list(claims.claims.values()), list(claims.read())
+    originals = list(claims.claims.values())
+    readings = [entry for entry in claims.read() if entry[2]]  # those that change a claim
     evaluations = [(claim, claims.replicates) for claim in originals]
     for _, reading, changed in readings:
         evaluations += [(claim, claims.n_studies(reading)) for claim in changed.values()]
@@ -234,7 +234,7 @@ def decide(
         for number, trials in enumerate(replicates)
     ]
     values: list[list[float]] = [[] for _ in evaluations]
-    for number, evaluated in enumerate(Parallel(n_jobs)(starmap(delayed(_evaluate), tasks))):
+    for number, evaluated in enumerate(Parallel()(starmap(delayed(_evaluate), tasks))):
         deciding = [
             column for column, (_, n) in zip(values, evaluations, strict=True) if number < n
         ]
@@ -261,15 +261,12 @@ def decide(
 
 def _read(readings: Sequence[Read], values: Iterator[Floats]) -> pd.DataFrame:
     """Return the verdicts under other readings."""
-    tables = [pd.DataFrame(columns=["decision", "question", "paper_says", "choice", "reading"])]
-    for decision, reading, changed in readings:
-        verdicts = _decided(changed, [next(values) for _ in changed])
-        verdicts.insert(0, "claim", verdicts.index)
-        texts = (decision.id, decision.question, decision.paper, decision.choice, reading.reading)
-        for at, (name, text) in enumerate(zip(tables[0], texts, strict=True)):
-            verdicts.insert(at, name, text)
-        tables.append(verdicts)
-    return pd.concat(tables, ignore_index=True) if readings else tables[0]
+    names = ["decision", "question", "paper_says", "choice", "reading"]
+    if not readings:
+        return pd.DataFrame(columns=names)
+    texts = [(d.id, d.question, d.paper, d.choice, reading.reading) for d, reading, _ in readings]
+    tables = [_decided(changed, [next(values) for _ in changed]) for *_, changed in readings]
+    return pd.concat(tables, keys=texts, names=[*names, "claim"]).reset_index()
 
 
 def statements(claims: pd.DataFrame) -> pd.DataFrame:

@@ -10,12 +10,12 @@ from typing import Any
 import pandas as pd
 
 from alignscores.comparison.statistics import holm
-from experiments.config import to_overrides
+from experiments.config import EXPERIMENTS, to_overrides
 from experiments.tables import Record, TableError, Trials
 
 from . import order
 from .order import Order
-from .settings import load_experiment, paper_experiments
+from .settings import load_experiment
 
 COMPARED = {  # with a metric of the paper, on the same trials
     "mAA": ("auc@30:vggt",),
@@ -32,14 +32,15 @@ COMPARED = {  # with a metric of the paper, on the same trials
 def plan(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the paper's experiments once more, for the metrics that it does not have."""
     tables = {}
-    for name, experiment in paper_experiments(settings).items():
+    for name in EXPERIMENTS:
+        experiment = {"experiment": name, **settings}
         evaluated = load_experiment(to_overrides(experiment)).metrics
         if metrics := [other for metric in evaluated for other in COMPARED.get(metric, ())]:
             tables[name] = {**experiment, "metrics": metrics}
     return tables
 
 
-def answer(trials: Sequence[Trials], _n_jobs: int = 1) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials]) -> list[pd.DataFrame | str]:
     """Return the comparison as a table."""
     return [compare_orders(joined(trials))]
 

@@ -1,16 +1,10 @@
-"""Common to the studies' plans: the paper's experiments, and errors that name a setting."""
+"""Common to the studies' plans: errors that name a setting."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
 
 from experiments.command import ConfigError
-from experiments.config import EXPERIMENTS, Sweep, load_sweep
-
-
-def paper_experiments(settings: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the settings of each experiment of the paper."""
-    return {name: {"experiment": name, **settings} for name in EXPERIMENTS}
+from experiments.config import Sweep, load_sweep
 
 
 def load_experiment(overrides: Sequence[str]) -> Sweep:

@@ -70,7 +70,7 @@ EXPERIMENTS_OF = {  # the experiments on outliers, on a line and on the length; 
 Finding = dict[str, str | float]  # whether a metric has a property, as columns of the table
 
 
-def answer(trials: Sequence[Trials], _n_jobs: int = 1) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials]) -> list[pd.DataFrame | str]:
     """Return Table 1 as data and in Markdown."""
     compared = compare({table.sweep.name: table for table in trials})
     return [compared, to_markdown(compared)]

@@ -122,7 +122,7 @@ def _write(value: object) -> str:
         return str(value)
 
 
-def answer(trials: Sequence[Trials], _n_jobs: int = 1) -> list[pd.DataFrame | str]:
+def answer(trials: Sequence[Trials]) -> list[pd.DataFrame | str]:
     """Return the effects of all values."""
     by_name = {table.path.stem: table for table in trials}
     parts = {name: table.table for name, table in by_name.items()}
@@ -282,7 +282,13 @@ def draw(table: pd.DataFrame) -> Figure:
             [], [], color=style.INK, lw=0.6, marker=""
         ),
     }
-    style.key(figure, handles, loc="outside lower center", handletextpad=0.4, columnspacing=1.6)
+    figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="outside lower center",
+        ncols=len(handles),
+        columnspacing=1.6,
+    )
     return figure
 
 

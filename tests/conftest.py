@@ -20,6 +20,8 @@ from alignscores.arrays import Floats
 
 from .files import EXAMPLES, REAL, write_tum
 
+collect_ignore = ["snakemake_warm.py"]  # loads all experiments, for processes that Snakemake needs
+
 os.environ["COLUMNS"] = "100"  # of tables; pytest-xdist sets 80
 
 TESTS = Path(__file__).resolve().parent

@@ -18,6 +18,8 @@ import numpy as np
 from ..arrays import Floats, Indices
 from ..averaging import project_to_rotation, rotation_angles
 from ..io import FAILURES, Trajectory, inverse_poses
+from ..io.columns import name_columns
+from ..io.tables import open_table
 from ..validation import finite_rows
 from .clock import find_clock
 from .conventions import (
@@ -30,7 +32,6 @@ from .conventions import (
     NEAR_DEG,
     REF,
     SAMPLE,
-    W_LAST,
     Convention,
     describe_rotation,
     find_convention,
@@ -39,7 +40,6 @@ from .conventions import (
 )
 from .evaluation import Hint, Note
 from .settings import Settings
-from .time import nearest_stamps
 
 __all__ = ["Files", "Scored", "look", "rescue"]
 
@@ -229,7 +229,7 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
         }
         text = " and ".join(f"{unit} in {files.name(side)}" for side, unit in units.items())
         columns = {side: f"t_{unit}" for side, unit in units.items()}
-        option = _columns(state, files, {REF: ref, EST: est}, columns)
+        option = _columns(state, files, columns)
         steps = [np.median(np.diff(np.sort(poses.keys))) for poses in (reference, estimate)]
         yield _Remedy(
             "units",
@@ -254,49 +254,31 @@ def _time_factors(stamps: Floats, differ: bool) -> list[float]:
     return [1.0, *(factor for factor in TIME_FACTORS if low <= step * factor <= high)]
 
 
-def _columns(
-    state: _State, files: Files, wanted: dict[str, Trajectory], names: dict[str, str]
-) -> str:
-    """Return the options that name columns, if reading the files with them has the poses wanted.
+def _columns(state: _State, files: Files, names: dict[str, str]) -> str:
+    """Return the options that change what columns hold; an empty string for other files.
 
-    `names` has what stands for t, or for the quaternion, in the columns of each side.
+    `names` has what stands for the time, the quaternion, or x and y, in the file of each side.
     """
     settings, options = state.settings, {}
     for side, name in names.items():
         path, named, file_format = (
-            (files.ref_path, settings.ref_columns, settings.file_format)
+            (files.ref_path, settings.columns_of_reference, settings.file_format)
             if side == REF
-            else (files.est_path, settings.est_columns, settings.est_file_format)
+            else (files.est_path, settings.columns_of_estimates, settings.est_file_format)
         )
-        trajectory = wanted[side]
-        usual = f"t x y z {W_LAST}" if finite_rows(trajectory.poses[:, :3, :3]).any() else "t x y z"
-        columns = named or settings.columns or usual
-        if name.startswith("t_"):
-            columns = " ".join(name if word[0] == "t" else word for word in columns.split())
-        elif name.startswith("q"):
-            parts = iter(name.split())
-            columns = " ".join(next(parts) if word[0] == "q" else word for word in columns.split())
-        else:
-            columns = columns.replace("x y", "y x")
-        if not path or not file_format.tables or not _reads(path, file_format, columns, trajectory):
+        columns, new = [], name.split()
+        with suppress(*FAILURES):
+            if path and file_format.tables and file_format.timed:
+                columns = name_columns(open_table(path), named)
+        rows = [i for i, old in enumerate(columns) if old[0] in {word[0] for word in new}]
+        if len(rows) != len(new):
             return ""
-        options[side] = columns
+        for row, word in zip(rows, new, strict=True):
+            columns[row] = word
+        options[side] = " ".join(columns).rstrip(" -")
     if len(options) == 2 and len({*options.values()}) == 1:
         return f"--columns '{options[REF]}'"
     return " ".join(f"--{side[:3]}_columns '{columns}'" for side, columns in options.items())
-
-
-def _reads(path: str, file_format: Any, columns: str, wanted: Trajectory) -> bool:
-    """Return whether a file, read with these columns, has the stamps and poses of a trajectory."""
-    with suppress(*FAILURES), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        read = file_format.read(path, columns=columns)
-        order = np.argsort(read.keys, kind="stable")
-        nearest, distance = nearest_stamps(read.keys[order], wanted.keys)
-        rows, same = order[nearest], distance <= 1e-6
-        rotations = read.poses[rows, :3, :3] - wanted.poses[:, :3, :3]
-        return bool(same.mean() > 0.9 and not np.nanmax(np.abs(rotations), initial=0) > 1e-3)
-    return False
 
 
 def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
@@ -311,10 +293,11 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     if clock is None or not clock.certain or (state.scored and clock.agrees):
         return
     seconds = offset + clock.seconds
+    given = f" instead of {offset:.3f} s" if offset else ""
     yield _Remedy(
         "clock",
         f"its clock is off: its {clock.motions} fit those of {files.reference} best with an offset "
-        f"of {seconds:.3f} s, standard error {clock.error:.4f} s",
+        f"of {seconds:.3f} s{given}, standard error {clock.error:.4f} s",
         "--t_offset auto adds it",
         state.reference,
         state.estimate,
@@ -388,19 +371,27 @@ def _of_convention(
         is_inverted = {REF: settings.ref_invert, EST: settings.invert}
         text = f"the poses of {names} seem to be "
         text += "camera-to-world" if is_inverted[sides[0]] else "world-to-camera"
-        options = [
-            f"{'leave out ' * is_inverted[side]}--{side[:3]}_invert"
-            for side in ([REF, EST] if convention.is_ambiguous else sides)
-        ]
-        option = (" or " if convention.is_ambiguous else " ").join(options)
-        option = f"{option}{' --body_rotation auto' if frame else ''}"
-        option += "" if is_inverted[sides[0]] else " corrects it"
+        if len({is_inverted[side] for side in sides}) == 2:
+            text = f"the wrong one of {files.reference} and {files.estimate} is inverted"
+        add, leave = (
+            [
+                f"--{side[:3]}_invert"
+                for side in ([REF, EST] if convention.is_ambiguous else sides)
+                if is_inverted[side] == inverted
+            ]
+            for inverted in (False, True)
+        )
+        by = " or " if convention.is_ambiguous else " "
+        extra = " --body_rotation auto" if frame else ""
+        parts = [f"{by.join(add)}{extra} corrects it"] if add else []
+        parts += [f"leave out {by.join(leave)}{'' if add else extra}"] if leave else []
+        option = "; ".join(parts)
     elif mistake == INVERTED_ROTATIONS:
         text = f"the rotations of {names} seem to be world-to-camera, its positions not"
         option = "transpose them in the file"
     else:
         text = f"the quaternions of {names} seem to have w at the wrong end"
-        option = _columns(state, files, {REF: ref, EST: est}, dict.fromkeys(sides, mistake))
+        option = _columns(state, files, dict.fromkeys(sides, mistake))
         option = f"name their order with {option}" if option else "reorder them"
     text += f", and {frame}" if frame else ""
     kind = mistake if mistake in (INVERTED, INVERTED_ROTATIONS) else "quaternions"
@@ -447,7 +438,7 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
         poses = trajectory.poses.copy()
         poses[:, :2, 3] = poses[:, 1::-1, 3]
         both = {REF: reference, EST: estimate, side: trajectory._replace(poses=poses)}
-        option = _columns(state, files, both, {side: "y x"})
+        option = _columns(state, files, {side: "y x"})
         if option:
             yield _Remedy("mirrored", text, f"{option} swaps two axes", both[REF], both[EST])
     for poses in changed:

@@ -351,7 +351,7 @@ def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float
     return ValueError(
         f"no time stamps in common: the reference goes from {ref_stamps[0]:.6f} to "
         f"{ref_stamps[-1]:.6f} s, the estimate from {est_stamps[0]:.6f} to {est_stamps[-1]:.6f} s "
-        f"(t_max_diff {t_max_diff:g} s){hint}"
+        f"(t_max_diff {t_max_diff:g} s){hint or '; write the stamps of one clock'}"
     )
 
 

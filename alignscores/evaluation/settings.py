@@ -282,7 +282,13 @@ class Settings:
             if needs == "tables" and not (self.file_format.tables or self.est_file_format.tables):
                 raise ValueError(f"{name} applies only to text tables, not to {self.format} files")
         if self.file_format.ordered != self.est_file_format.ordered:
-            raise ValueError(f"{self.est_format} estimates cannot be matched to {self.format}")
+            names, others = self.est_format, self.format
+            if self.est_file_format.ordered:
+                names, others = others, names
+            raise ValueError(
+                f"{self.est_format} estimates cannot be matched to {self.format}: {names} files "
+                f"have image names, {others} files none; write tables with the same kind of keys"
+            )
         for name in self.metrics:
             if "order" in metric(name).needs and not self.file_format.ordered:
                 raise ValueError(f"{name} needs the order of time, but images are matched by name")

@@ -5,7 +5,8 @@ x, y, z or w, or ends in one, makes it a coordinate.
 
 - Position: only the axis, or with one of `POSITIONS`, as in ``tx``, ``p_RS_R_x [m]``,
   ``pose.position.x``, ``tx_world_device``, ``x_gt``.
-- Quaternion: with one of `ORIENTATIONS`, as in ``qx``, ``q_RS_w []``, ``rotW``; all four.
+- Quaternion: with one of `ORIENTATIONS`, as in ``qx``, ``ow``, ``q_RS_w []``, ``rotW``; all
+  four. q0 to q3 are not read, since the first may be w or x.
 - Rotation vector in radians: ``rx``, ``ry``, ``rz``, or with one of `VECTORS`. Matrix: ``r11`` to
   ``r33``.
 - Another quantity: with one of `OTHERS`, as in ``v_x`` or ``pos_std_x``.
@@ -62,7 +63,7 @@ NAMES = {"name", "image", "img", "filename", "imagename", "file"}
 OWNERS = {"gt", "groundtruth", "ground", "truth", "true", "ref", "reference"}
 OWNERS |= {"est", "estimate", "estimated", "pred", "predicted"}
 POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation"}
-ORIENTATIONS = {"q", "quat", "quaternion", "orientation", "rot", "rotation"}
+ORIENTATIONS = {"q", "o", "quat", "quaternion", "orientation", "rot", "rotation"}
 VECTORS = {"rvec", "rotvec", "rodrigues"}
 OTHERS = {"v", "vel", "velocity", "speed", "acc", "accel", "acceleration", "gyro", "angular", "w"}
 OTHERS |= {"a", "b", "linear", "twist", "omega", "bias", "force", "gravity", "euler"}
@@ -102,6 +103,9 @@ def _of_header(table: Table) -> list[str]:
         if "x" in names and len(names) <= width:
             table.header = words
             return _unambiguous(words, names, table)
+        if "x" in names and not line.startswith(COMMENTS):
+            reason = f"its header names {len(names)} columns, its first row has {width}"
+            raise FileError(table.path, f"{reason}; {NAME_THEM}")
         if re.search("latitude|(?<![a-z])lat(?![a-z])", line.lower()):
             raise FileError(
                 table.path, "has latitudes; convert them to east, north, up in metres first"
@@ -183,9 +187,12 @@ def _poses(words: Sequence[str], names: Sequence[str], anyone: bool) -> list[lis
             }
             groups[part] += [(owner, list(group)) for group in zip(*columns.values(), strict=False)]
     poses = []
-    for owner, position in groups[POSITION]:
+    positions = [name for name, _ in groups[POSITION]]
+    for number, (owner, position) in enumerate(groups[POSITION]):
         entries = [entry for part in parts[1:4] for entry in groups[part]]
         rotations = [columns for name, columns in entries if name == owner]
+        if 1 < len(rotations) == positions.count(owner):  # as x, y, z, qx, ... twice
+            rotations = [rotations[positions[:number].count(owner)]]
         if not rotations and len(groups[POSITION]) == 1:
             rotations = [columns for name, columns in entries if not name]
         last_row = [column for _, columns in groups[LAST_ROW] for column in columns]

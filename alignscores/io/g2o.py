@@ -1,5 +1,7 @@
 """Pose graphs of g2o: the vertices are poses, the edges are not."""
 
+import re
+
 import numpy as np
 
 from ..files import FileError, FilePath, Source, numbered_lines, to_number
@@ -64,4 +66,4 @@ def read_g2o(path: FilePath) -> Trajectory:
 
 def is_g2o(text: str) -> bool:
     """Return whether a file that begins with this text is a pose graph."""
-    return text.lstrip().startswith(("VERTEX_", "EDGE_", "FIX "))
+    return bool(re.match(r"(\s|#.*\n)*(VERTEX_|EDGE_|FIX |PARAMS_)", text))

@@ -90,8 +90,8 @@ def page_of_comparison(
     )
     if "errors" in drawn:
         sections.append({"heading": "Errors over time", "text": MORE, "figure": drawn["errors"]})
-    systems = comparison.overall["system"].tolist()
-    return render(f"{by} of {first_few(systems)}", comparison.verdict, sections)
+    systems = first_few(comparison.overall["system"].tolist(), 3)
+    return render(f"{by} of {systems}", comparison.verdict, sections)
 
 
 def _rows(table: pd.DataFrame) -> list[list[Markup]]:

@@ -30,7 +30,7 @@ def page_of(
     scored: Sequence[Evaluation], reference: str = "reference", notes: Sequence[str] = ()
 ) -> str:
     """Return the page; `reference` is its file, `notes` are on it and on files that failed."""
-    names, drawn = [evaluation.name for evaluation in scored], figures(scored)
+    drawn = figures(scored)
     crosses = "With “colour: error”, crosses" if scored[1:] else "Crosses"
     sections: list[dict[str, Any]] = [
         {
@@ -70,7 +70,8 @@ def page_of(
     ]
     if (models := tables.models_of(scored, longest=60))[1:]:
         sections.insert(1, {"heading": "Models of the estimates", "table": models})
-    title = f"{first_few(names)} against {printable(Path(reference).name)}"
+    names = first_few([evaluation.name for evaluation in scored], 3)
+    title = f"{names} against {printable(Path(reference).name)}"
     return render(title, tables.conditions(scored), sections)
 
 

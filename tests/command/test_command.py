@@ -85,7 +85,7 @@ def test_the_command_metrics_lists_all(run):
     assert names == [entry.syntax for entry in METRICS]
 
 
-def test_version(run):
+def test_the_version_is_printed(run):
     assert run("--version") == (0, f"alignscores {alignscores.__version__}\n", "")
 
 

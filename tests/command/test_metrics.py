@@ -11,7 +11,7 @@ NAMES = list(SCORES)
 EXAMPLES = [entry.example or entry.name for entry in METRICS if entry.name not in SCORES]
 
 
-def test_values(score, run, examples, tmp_path):
+def test_metrics_are_those_of_the_scored_poses(score, run, examples, tmp_path):
     """Those of the library for the poses that are scored; or none, and why."""
     path = tmp_path / "scores.csv"
     names = [*NAMES, *EXAMPLES]

@@ -40,7 +40,7 @@ def trajectories(examples):
     return [read_tum(examples / file) for file in FILES["tum"]]
 
 
-def test_nerfstudio(run, score, examples, tmp_path):
+def test_cameras_of_nerfstudio_are_read(run, score, examples, tmp_path):
     """What `ns-export cameras` writes: a list of frames, with absolute paths or others."""
     (expected,) = score("nerf", *FILES["nerf"])
     files = []
@@ -119,7 +119,9 @@ TOPICS = "--ref_topic", "/gt", "--est_topic", "/odom"
         ("MCAP", "run", "run.mcap"),
     ],
 )
-def test_bags(same, run, trajectories, tmp_path, storage, name, file):
+def test_bags_score_as_the_text_files_of_their_poses(
+    same, run, trajectories, tmp_path, storage, name, file
+):
     path = bag(tmp_path / name, storage, trajectories) / file
     assert same("bag", path, path, *TOPICS, "--t_offset", 0) == []
     assert same("bag", path, FILES["tum"][1], "--est_format", "tum", *TOPICS[:2]) == []

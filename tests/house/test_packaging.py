@@ -1,4 +1,4 @@
-"""Packaging: requirements, source archive, wheels, action, container."""
+"""Packaging: requirements, source archive, wheels, container."""
 
 import json
 import os
@@ -20,7 +20,6 @@ from packaging.tags import platform_tags
 from packaging.utils import canonicalize_name
 
 from alignscores.cli import main as alignscores
-from alignscores.yaml_files import load_yaml
 from tests.command.golden.make import flat
 from tests.command.golden.test_golden import like, numbers
 from tests.files import FILES
@@ -128,7 +127,7 @@ print(*(module.name for module in pkgutil.iter_modules(alignscores.registration.
 
 @pytest.mark.slow
 @COMPILES
-def test_wheel(source, tmp_path):
+def test_a_wheel_holds_the_library_for_every_python(source, tmp_path):
     """The kernel is in it, for this platform and every Python; nothing else but the library."""
     before = sorted(source.rglob("*"))
     built = wheel(source)
@@ -173,7 +172,7 @@ def test_zig_is_required_where_there_is_no_other_compiler(environment, needed):
 
 @pytest.mark.slow
 @COMPILES
-def test_editable_installation(source):
+def test_an_editable_installation_notices_other_sources(source):
     """A kernel of other sources is not loaded, as after an update, until it is installed again."""
     hatchling(source, "wheel:editable")
     (library,) = (source / KERNEL).glob("kernel.so.*")
@@ -234,56 +233,6 @@ def test_numpy_and_scipy_alone_score_text_files(source, tmp_path, monkeypatch, c
             for printed in (capsys.readouterr().out, run("alignscores", *arguments))
         )
         assert numbers(theirs) == like(ours)
-
-
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
-@pytest.mark.parametrize(
-    ("options", "shown"),
-    [
-        ("", "alignment: similarity (refined)"),
-        ("--alignment rigid\n--rate all\n", "alignment: rigid (refined)"),
-        ("--registration pcr99 --save_csv 'a table.csv'", "alignment: similarity (pcr99"),
-    ],
-)
-def test_the_action_reads_options_on_all_lines_as_a_shell_does(tmp_path, options, shown):
-    done, summary = act(tmp_path, options)
-    assert done.returncode == 0, done.stderr
-    assert "| estimate |" in summary
-    assert shown in summary
-    assert (tmp_path / "a table.csv").exists() == ("table" in options)
-
-
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
-@pytest.mark.parametrize(
-    ("options", "problem"),
-    [("--missing 'ignore", "is a quotation mark missing?"), ("--no_such_option", "no_such_option")],
-)
-def test_the_action_fails_on_wrong_options(tmp_path, options, problem):
-    done, _ = act(tmp_path, options)
-    assert done.returncode == 2
-    assert problem in done.stdout + done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def act(folder, options):
-    """Run the last step of the action in a shell; return what was done, and the job's summary."""
-    step = load_yaml(ROOT / "action.yml")["runs"]["steps"][-1]
-    (folder / "alignscores").mkdir()
-    (folder / "alignscores" / "bin").symlink_to(Path(sys.executable).parent)
-    files = {"REFERENCE": "reference.txt", "ESTIMATES": "{system}.txt"}
-    inputs = {name: str(ROOT / "tests/data/tum" / file) for name, file in files.items()}
-    inputs |= {"FORMAT": "tum", "BASELINE": "", "FAIL_ON": "lost>5%", "OPTIONS": options}
-    summary = folder / "summary.md"
-    job = {"RUNNER_TEMP": str(folder), "GITHUB_STEP_SUMMARY": str(summary)}
-    done = subprocess.run(
-        ["bash", "-e", "-o", "pipefail", "-c", step["run"]],
-        cwd=folder,
-        env=os.environ | job | inputs,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return done, summary.read_text() if summary.exists() else ""
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ def test_a_name_that_cannot_be_printed_loses_no_result(run, examples, tmp_path, 
     saved = ["--save_plot", str(tmp_path / "a.svg")] if encoding == "ascii" else []
     code, out, err = printed(*saved, "--save_results", str(tmp_path / "r.zip"))
     assert (code, err) == (0, "")
+    assert all(path.read_text().startswith("<?xml") for path in tmp_path.glob("a.svg"))
     assert out.count("%") == len(NAMES)  # a row each
     assert out.replace("\n", "").isprintable()
     assert "\n" + r"n\xff\xe9.txt " in out

@@ -13,13 +13,15 @@ from alignscores.medoid import medoid
 
 def sums_of_distances(rotations):
     flat = rotations.reshape(-1, 9)
-    return np.minimum(scipy.spatial.distance.cdist(flat, flat), 0.5).sum(axis=1)
+    parts = np.array_split(flat, 1 + len(flat) // 100)  # which fit in the cache
+    distances = (scipy.spatial.distance.cdist(part, flat) for part in parts)
+    return np.concatenate([np.minimum(part, 0.5).sum(axis=1) for part in distances])
 
 
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 10_000),
-    n=st.one_of(st.integers(1, 60), st.integers(300, 1500), st.integers(5001, 6000)),
+    n=st.one_of(st.integers(1, 60), st.integers(300, 1500), st.integers(5001, 5200)),
     noise_deg=st.sampled_from([0.0, 1e-7, 1e-3, 0.1, 1.0, 5.0, 20.0, 180.0]),
     outliers=st.sampled_from([0.0, 0.1, 0.48, 0.9]),
     agree=st.booleans(),

@@ -30,14 +30,14 @@ ROUNDOFF_SENSITIVE = "49"
 
 
 @cases(ALL)
-def test_d(reference_case):
+def test_d_is_that_of_the_published_code(reference_case):
     """d is the ceil(3n/4)-th smallest closest-neighbour distance."""
     d = float(reference_case["d_threshold"])
     assert closest_pair_quartile(reference_case["gt_xyz"]) == pytest.approx(d, rel=1e-12)
 
 
 @cases(" ".join(number for number in ALL.split() if number not in NOISE_FREE.split()))
-def test_rotation_score(reference_case):
+def test_the_ras_is_that_of_the_published_code(reference_case):
     """RAS, the rotation average and every angular error."""
     result = ras(reference_case["gt_R"], reference_case["est_R"])
     assert result.score == pytest.approx(float(reference_case["RAS"]), abs=1e-12)
@@ -83,7 +83,7 @@ def test_tas_of_few_cameras(reference_case):
 
 @pytest.mark.parametrize("what", RUN)
 @cases(SAMPLED)
-def test_distribution(reference_case, runs, what):
+def test_scores_are_distributed_as_the_published_code_s(reference_case, runs, what):
     """Mean and whole distribution of the score, and of the cost that the registration minimises.
 
     With 21 cases and two tests each, correct code fails here with a probability of about 1 %

@@ -110,7 +110,7 @@ def test_world_camera_axes_and_order_change_nothing(noisy_rotations, seed, n):
     np.testing.assert_allclose(result.errors, expected.errors[order], atol=1e-6)
 
 
-def test_scipy_rotations(noisy_rotations):
+def test_rotations_of_scipy_are_scored(noisy_rotations):
     """scipy Rotation objects, for either argument or both."""
     gt, est = noisy_rotations(30, 5, 4, 0)
     expected = ras(gt, est).score

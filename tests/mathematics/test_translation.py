@@ -177,7 +177,7 @@ def test_perfect_estimate_of_a_partly_straight_path(registration, cloud, another
     ("n", "m"), [(10, 4), (34, 4), (44, 4), (45, 5), (54, 5), (55, 6), (64, 6), (65, 7), (74, 7)]
 )
 @pytest.mark.parametrize("lost", [0, 2])
-def test_m(n, m, lost):
+def test_hypotheses_are_ranked_by_a_tenth_of_all_cameras(n, m, lost):
     """m = max(4, round(n/10)) with halves up, of all n cameras, those without an estimate too.
 
     k cameras fit a wrong similarity exactly, the others the right one with noise: the wrong one
@@ -337,7 +337,7 @@ def test_one_camera_far_away(registration, cloud, another_world, value):
 @both_registrations
 @pytest.mark.parametrize("alignment", ["similarity", "rigid", "yaw", "none"])
 @pytest.mark.parametrize("unit", [2.0**-1050, 2.0**998, 2.0**1018])
-def test_any_unit(registration, alignment, cloud, unit):
+def test_the_score_does_not_depend_on_the_unit(registration, alignment, cloud, unit):
     """Up to the ends of the number range the score does not depend on the unit."""
     rng = np.random.default_rng(0)
     gt = cloud("cube", 30, 0)

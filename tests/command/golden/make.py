@@ -124,10 +124,10 @@ def baselines(folder):
 
 
 def trials(folder):
-    """The tables of the eight experiments at two trials a cell: a list for each column."""
+    """The tables of the eight experiments at one trial a cell: a list for each column."""
     results = {}
     for name in EXPERIMENTS:
-        table = run_sweeps([load_sweep([f"experiment={name}", "trials=2"])])
+        table = run_sweeps([load_sweep([f"experiment={name}", "trials=1"])])
         for column in table.columns[table.columns.get_loc("n_cameras") :]:
             results[f"{name}/{column}"] = table[column].astype(float).tolist()
     return flat(results)

@@ -24,12 +24,6 @@ def gate(run_compare, benchmark_of, tmp_path):
     return gate
 
 
-@pytest.fixture
-def worsen(benchmark_of):
-    """(runs) -> what makes the runs of orb worse."""
-    return lambda runs: lambda: benchmark_of(WORSE, n=60, runs=runs)
-
-
 def test_a_system_that_is_better_does_not_fail(gate, benchmark_of):
     code, out, _ = gate(lambda: benchmark_of(SYSTEMS, n=60), "--json", systems=WORSE)
     assert code == 0
@@ -58,49 +52,68 @@ def test_five_real_runs_that_are_all_worse_fail(real, run_compare, tmp_path):
     assert compared("vislam_ba", range(5, 10), *gate)[0] == 0
 
 
-def test_a_gate_that_cannot_fail_is_an_error(gate, worsen):
-    code, out, err = gate(worsen(1), runs=1)
+@pytest.fixture
+def judge(run_compare, tmp_path):
+    """(saved, now, options) -> code, output, errors of tables of runs: {system: its PAS}."""
+
+    def write(name, systems):
+        rows = [f"{a},{k},{pas}" for a, runs in systems.items() for k, pas in enumerate(runs)]
+        (tmp_path / name).write_text("\n".join(["system,run,PAS", *rows]))
+
+    def judge(saved, now, *options):
+        write("saved.csv", saved)
+        write("now.csv", now)
+        return run_compare("now.csv", "--baseline", "saved.csv", *options)
+
+    return judge
+
+
+FIVE_WORSE = {"orb": [0.8, 0.81, 0.82, 0.83, 0.84]}, {"orb": [0.3, 0.31, 0.32, 0.33, 0.34]}
+
+
+def test_a_gate_that_cannot_fail_is_an_error(judge):
+    single = {"orb": [0.8], "dso": [0.5]}, {"orb": [0.3], "dso": [0.5]}
+    code, out, err = judge(*single, "--fail_on", "worse")
     error = "no system could be shown to be worse at a level of 0.01: too few runs"
     assert (code, err) == (1, f"alignscores: error: {error}\n")
     reason = "worse cannot be significant at 0.01 with 1 against 1 runs (too few to test)"
     more = "; more runs are needed, or a higher level"
-    assert f"\ndso: {reason}{more}\norb: {reason}{more}\n" in out
-    assert gate(worsen(1), runs=1, fail_on="")[0] == 0
-    code, out, _ = gate(worsen(3), runs=3, fail_on="worse:0.001")  # 1 / 20 ** 2 is the least
+    for system in ("dso", "orb"):
+        assert f"\n{system}: {reason}{more}\n" in out
+    assert judge(*single)[0] == 0
+    code, out, _ = judge(*FIVE_WORSE, "--fail_on", "worse:0.001")  # 1 / 252 is the least
     assert code == 1
-    limit = "with 3 against 3 runs (p is at least 0.0025)"
+    limit = "with 5 against 5 runs (p is at least 0.004)"
     assert f"orb: worse cannot be significant at 0.001 {limit}" in out
 
 
-def test_who_cannot_fail_is_named_where_others_can(tmp_path, run_compare):
-    lines = [f"orb,{k},{0.8 + 0.01 * k}" for k in range(5)] + ["dso,0,0.5"]
-    (tmp_path / "saved.csv").write_text("\n".join(["system,run,PAS", *lines]))
-    worse = [line.replace("0.8", "0.3") for line in lines]
-    (tmp_path / "now.csv").write_text("\n".join(["system,run,PAS", *worse]))
-    code, out, err = run_compare("now.csv", "--baseline", "saved.csv", "--fail_on", "worse")
+def test_who_cannot_fail_is_named_where_others_can(judge):
+    single = {"dso": [0.5]}
+    saved, now = FIVE_WORSE
+    code, out, err = judge(saved | single, now | single, "--fail_on", "worse")
     assert code == 3
     assert "orb: PAS 0.8200 to 0.3200, worse (p = 0.004)" in err
     assert "dso: worse cannot be significant at 0.01 with 1 against 1 runs (too few" in out
 
 
-@pytest.mark.parametrize(
-    ("fail_on", "reasons"),
-    [
+def test_values_and_drops_fail_with_one_run(run_compare, benchmark_of, tmp_path):
+    for name, systems in (("saved.csv", SYSTEMS), ("now.csv", WORSE)):
+        patterns = benchmark_of(systems, n=60, runs=1)
+        (tmp_path / name).write_text(run_compare(*patterns, "--csv")[1])
+    for fail_on, reasons in (
         ("PAS drops 0.05", ["orb: PAS"]),
         ("PAS drops 0.5", []),
-        ("half rises 0.01, PAS<0.7", ["orb: half_distance", "orb: PAS"]),
+        ("half rises 0.01, PAS<0.7", ["orb: PAS", "orb: half_distance"]),
         ("PAS<0.1,half>10,lost>5%,failed>0", []),
-        ("TAS < 0.9", ["orb: TAS", "dso: TAS"]),
-    ],
-)
-def test_values_and_drops_fail_with_one_run(gate, worsen, fail_on, reasons):
-    code, _, err = gate(worsen(1), runs=1, fail_on=fail_on)
-    assert code == (3 if reasons else 0)
-    if not reasons:
-        assert err == f"alignscores: note: passed: {fail_on}\n"
-        return
-    errors = [line.removeprefix("alignscores: error: ") for line in err.splitlines()]
-    assert sorted(" ".join(line.split()[:2]) for line in errors) == sorted(reasons)
+        ("TAS < 0.9", ["dso: TAS", "orb: TAS"]),
+    ):
+        code, _, err = run_compare("now.csv", "--baseline", "saved.csv", "--fail_on", fail_on)
+        assert code == (3 if reasons else 0), fail_on
+        if not reasons:
+            assert err == f"alignscores: note: passed: {fail_on}\n"
+            continue
+        errors = [line.removeprefix("alignscores: error: ") for line in err.splitlines()]
+        assert sorted(" ".join(line.split()[:2]) for line in errors) == reasons
 
 
 def test_a_value_needs_no_baseline(patterns, run):
@@ -127,7 +140,7 @@ def test_a_value_needs_no_baseline(patterns, run):
         ("ate:rmse>1", "'ate:rmse>1': ate:rmse must be one of TAS, RAS, PAS"),
     ],
 )
-def test_wrong_conditions(patterns, run, fail_on, message):
+def test_wrong_conditions_are_named_in_one_line(patterns, run, fail_on, message):
     code, out, err = run(*patterns, "--fail_on", fail_on)
     assert (code, out) == (2, "")
     assert f"argument --fail_on: {message}" in err
@@ -156,7 +169,7 @@ def test_what_is_new_or_gone_is_named(gate, tmp_path):
     assert "\nnew: lsd on car\ngone: dso on car, dso on helix, orb on helix\n" in out
 
 
-def test_a_broken_file(patterns, run, tmp_path):
+def test_a_broken_baseline_is_refused_in_one_line(patterns, run, tmp_path):
     saved = json.loads(run(*patterns, "--json")[1])
     saved["runs"][0]["PAS"] = "high"
     refusal = "saved.json: has no table of runs, as --save_csv and --save_json write"
@@ -172,11 +185,13 @@ def test_a_broken_file(patterns, run, tmp_path):
     assert "none.json: cannot be read (No such" in run(*patterns, "--baseline", "none.json")[2]
 
 
-def test_other_settings_do_not_compare(gate):
+def test_other_settings_do_not_compare(gate, run_compare):
     code, out, err = gate(lambda: None, "--registration", "pcr99")
     assert (code, out) == (1, "")
     assert "saved.json: the baseline used default settings, this run registration=pcr99 (" in err
-    assert gate(lambda: None, "--reference_sigma", "0.1,1")[0] == 0  # no score depends on it
+    patterns = "tum", "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
+    code, _, _ = run_compare(*patterns, "--baseline", "saved.json", "--reference_sigma", "0.1,1")
+    assert code == 0  # no score depends on it
 
 
 def test_rotations_that_a_build_leaves_out_count_as_the_worst(gate, tmp_path):

@@ -47,13 +47,16 @@ RUNS = "{sequence}/gt.txt", "{sequence}/{system}/{run}.txt"
         (RUNS, {"format": "tum", "weight": 2}, "weight must be a finite number from"),
     ],
 )
-def test_what_is_wrong_is_a_value_error(comparison, patterns_of, settings, message):
+def test_what_is_wrong_is_a_value_error(
+    patterns, tmp_path, monkeypatch, patterns_of, settings, message
+):
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(ValueError) as caught:  # noqa: PT011 - the message is compared below
         compare(*patterns_of, **settings)
     assert message in str(caught.value)
 
 
-def test_its_tables(comparison):
+def test_its_tables_agree_and_are_compared_by_another_metric(comparison):
     """And the same by another metric, from the table of runs."""
     assert len(comparison.summary) == 2 * 3
     overall = comparison.overall.set_index("system")

@@ -23,7 +23,7 @@ FIELDS = "sequence", "system", "run"
         ("{system}.txt", "axtxt", None),
     ],
 )
-def test_fields(tmp_path, monkeypatch, pattern, path, values):
+def test_the_fields_of_a_pattern_are_read_from_paths(tmp_path, monkeypatch, pattern, path, values):
     monkeypatch.chdir(tmp_path)
     (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / path).touch()

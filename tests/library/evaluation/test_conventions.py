@@ -283,10 +283,10 @@ def test_mirrored_poses_on_a_plane_differ_from_another_camera_frame():
     assert notes_on_conventions(gt, est).keys() == {"mirrored"}
 
 
-@pytest.mark.parametrize("degrees", [3, 6, 9])
+@pytest.mark.parametrize("degrees", [3, 9])
 def test_axes_that_are_a_few_degrees_off_are_inaccuracy(motion, degrees):
     """Not transposed rotations, nor the order of quaternions, of both files."""
-    for seed in range(3):
+    for seed in range(2):
         rng = np.random.default_rng([seed, degrees])
         gt = reference(motion, 200, rng)
         axis = rng.normal(size=3)

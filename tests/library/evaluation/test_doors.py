@@ -28,7 +28,7 @@ CASES = {  # what differs from the defaults: the formats that have it, and setti
     "t_offset auto": (TIMED, {"t_offset": "auto"}),
     "frames": (TIMED, {"frames": "frames.txt"}),
     "invert": (TIMED, {"invert": True}),
-    "both of them": (ALL_FORMATS, {"invert": True, "body_rotation": "auto"}),
+    "both of them": ({"kitti"}, {"invert": True, "body_rotation": "auto"}),
     "thresholds": (
         NAMED,
         {"unit": 0.25, "max_threshold": 0.2, "max_threshold_deg": 3, "weight": 0.2},

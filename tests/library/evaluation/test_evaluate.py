@@ -17,7 +17,7 @@ PAPER = "--registration", "pcr99"
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
-def test_unit(score):
+def test_d_can_be_given(score):
     (result,) = score(*TUM, "--unit", 2.5)
     assert result["unit"] == 2.5
     (plain,) = score(*TUM)
@@ -60,7 +60,7 @@ def test_expected_frames(run, score, tum, write):
     assert "no expected frame has a reference" in run(*files, "--frames", write(ns, "ns.csv"))[2]
 
 
-def test_invert(score, run, kitti, examples):
+def test_inverted_poses_score_as_the_right_ones(score, run, kitti, examples):
     (honest,) = score(*KITTI)
     path = kitti(inverse_poses(read_kitti(examples / KITTI[2]).poses))
     code, _, err = run(*KITTI[:2], path)
@@ -76,7 +76,7 @@ def test_invert(score, run, kitti, examples):
 
 
 @pytest.mark.parametrize("inverted", [False, True])
-def test_body_rotation(score, run, kitti, examples, inverted):
+def test_a_rotation_of_the_camera_frame_is_removed(score, run, kitti, examples, inverted):
     (honest,) = score(*KITTI)
     poses = read_kitti(examples / KITTI[2]).poses @ OPENGL
     files = *KITTI[:2], kitti(inverse_poses(poses) if inverted else poses)

@@ -35,7 +35,7 @@ def test_a_given_lever_arm_is_applied():
 
 
 @pytest.mark.parametrize("scale", [1, 0.3])
-def test_auto_finds_it(scale):
+def test_auto_finds_the_lever_arm(scale):
     """In the estimate's unit, with a standard error; outliers change little."""
     reference, estimate = run()
     poses = estimate.poses.copy()
@@ -88,7 +88,7 @@ def test_motion_that_does_not_determine_it_is_refused():
         evaluate(reference, Trajectory(estimate.keys, poses), lever_arm="auto")
 
 
-def test_it_needs_rotations():
+def test_a_lever_arm_needs_rotations():
     reference, _ = run()
     with pytest.raises(ValueError, match="lever_arm needs rotations, which the estimate lacks"):
         evaluate(reference, reference, lever_arm="0,0,1")

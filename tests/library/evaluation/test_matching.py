@@ -97,7 +97,7 @@ def test_the_times_that_are_expected_include_both_ends():
         ((10**18 + np.arange(3)).tolist(), [10**18 + 2], [(0, None), (1, None), (2, 0)]),
     ],
 )
-def test_names_and_numbers(reference, estimate, expected):
+def test_poses_are_matched_by_name_or_frame_number(reference, estimate, expected):
     assert pairs(match(trajectory(reference), trajectory(estimate), missing="fail")) == expected
     matched = [pair for pair in expected if pair[1] is not None]
     assert pairs(match(trajectory(reference), trajectory(estimate))) == matched

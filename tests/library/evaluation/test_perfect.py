@@ -60,7 +60,7 @@ def test_errors_as_large_as_those_of_the_reference_are_noted(reference):
     assert "perfect" not in note_kinds(unasked)
 
 
-def test_the_command_has_it(run):
+def test_the_command_says_that_it_may_be_perfect(run):
     code, _, err = run("tum", "tum/reference.txt", "tum/estimate.txt", "--reference_sigma", "1,9")
     assert code == 0
     assert "not distinguishable from a perfect estimate by TAS, RAS, PAS" in err

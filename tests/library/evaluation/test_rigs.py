@@ -247,7 +247,7 @@ def test_no_note_where_d_is_the_spacing(shape):
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="no shared cases")
 @pytest.mark.parametrize("rig", ["mono", "stereo_.12", "four_.05", "cubemap_0", "cubemap_jit_1e-6"])
-def test_shared_rigs(rig):
+def test_rigs_of_several_cameras_have_one_d(rig):
     folder = SHARED / "cases" / "46-camera-rigs" / rig
     evaluation = evaluate(folder / "ref", folder / "est")
     assert evaluation.matches.unit == pytest.approx(1.06, abs=0.01)

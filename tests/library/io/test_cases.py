@@ -83,6 +83,17 @@ def test_a_header_with_two_poses_is_refused_with_the_choices(write, header):
         assert read_tum(path, columns=choice).positions == pytest.approx(POSITIONS + first)
 
 
+def test_two_poses_of_the_same_names_are_not_mixed(write):
+    """As pandas writes a merged table, or one with equal names."""
+    header = "t,x,y,z,qx,qy,qz,qw,x_1,y_1,z_1,qx_1,qy_1,qz_1,qw_1"
+    for text in (header, header.replace("_1", "")):
+        path = write(
+            table(STAMPS, POSITIONS, QUATERNIONS, POSITIONS, QUATERNIONS, by=",", header=text)
+        )
+        with pytest.raises(FileError, match="its header names 2 poses; choose one by"):
+            read_tum(path)
+
+
 def test_positions_and_rotations_of_two_owners_are_not_mixed(write):
     """microsoft/AirSim and others: a reference of positions next to an estimate."""
     header = "timestamp,ref_x,ref_y,ref_z,x,y,z,qx,qy,qz,qw"
@@ -386,6 +397,8 @@ def test_pose_graphs_of_g2o_are_read(write):
     vertices = [f"VERTEX_SE3:QUAT {row} {line}" for row, line in enumerate(rows)]
     path = write([*vertices, "FIX 0", "EDGE_SE3:QUAT 0 1 1 2 3 0 0 0 1 1 0 0"])
     assert recognise(path) == "g2o"
+    for first in ("# a graph", "PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1"):
+        assert recognise(write([first, *vertices], "b.g2o")) == "g2o"
     trajectory = read_g2o(path)
     assert trajectory.keys.tolist() == list(range(N))
     same_poses(trajectory)

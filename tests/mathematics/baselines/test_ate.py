@@ -66,7 +66,7 @@ def test_collinear_positions(direction, unit, which):
 
 @pytest.mark.parametrize("gt_unit", [1e-200, 1e-15, 1e-9, 1.0, 1e12])
 @pytest.mark.parametrize("est_unit", [1e-200, 1e-9, 1.0, 1e200])
-def test_units(scene, gt_unit, est_unit):
+def test_the_error_is_in_units_of_the_ground_truth(scene, gt_unit, est_unit):
     """The error is in units of the ground truth, however small or large they are."""
     gt, est = (poses[:, :, 3] for poses in scene(40, 3, 0.05, 0, 0))
     assert ate(gt_unit * gt, est_unit * est) == pytest.approx(gt_unit * ate(gt, est), rel=1e-9)

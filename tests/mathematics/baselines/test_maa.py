@@ -52,7 +52,7 @@ def slow_maa(gt, est, largest=10.0, count=100, *, fold_sign=False):
     count=st.integers(1, 200),
     fold_sign=st.booleans(),
 )
-def test_options(scene, seed, n, largest, count, fold_sign):
+def test_each_option_counts_as_it_is_defined(scene, seed, n, largest, count, fold_sign):
     rng = np.random.default_rng(seed)
     gt, est = scene(n, n // 4, 0.3 * rng.random(), largest * rng.random(), seed)
     options = {"max_threshold_deg": largest, "n_thresholds": count, "fold_sign": fold_sign}

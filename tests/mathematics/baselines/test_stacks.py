@@ -29,7 +29,7 @@ def medians(gt, est):
         (medians, slice(3)),
     ],
 )
-def test_stacks(stacks, metric, columns):
+def test_a_stack_of_scenes_has_the_value_of_each(stacks, metric, columns):
     gt, est = (poses[..., columns] for poses in stacks)
     together = metric(gt, est)
     assert together.shape == (2, 3)

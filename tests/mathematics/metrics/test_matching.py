@@ -19,7 +19,7 @@ def trapezoids(errors, end):
 
 @pytest.mark.parametrize("n", [1, 7, 500])
 @pytest.mark.parametrize("scale", [0.1, 5, 40])
-def test_superglue(n, scale):
+def test_the_area_is_that_of_superglue(n, scale):
     errors = np.concatenate([scale * RNG.random(n), np.full(n // 4, np.inf)])
     expected = [trapezoids(errors, end) for end in (5, 10, 20)]
     np.testing.assert_allclose(pair_auc(errors), expected, rtol=1e-12)
@@ -31,7 +31,7 @@ def test_an_error_equal_to_the_threshold_is_too_large():
     np.testing.assert_array_equal(pair_auc([5.0, 5.0]), [0, 62.5, 81.25])
 
 
-def test_vggt():
+def test_the_area_is_that_of_vggt():
     errors = 40 * RNG.random(300)
     shares = [100 * np.mean([np.mean(errors < m) for m in range(1, k + 1)]) for k in (5, 30)]
     np.testing.assert_allclose(pair_auc(errors, (5, 30), convention="vggt"), shares, rtol=1e-12)

@@ -132,7 +132,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("case", HOSTILE)
-def test_hostile_input(case):
+def test_hostile_input_has_a_value_or_a_reason(case):
     """A value within the bounds, or a reason why there is none; never a warning or a crash."""
     for name, entry in EXAMPLES.items():
         try:

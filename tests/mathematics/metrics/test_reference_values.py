@@ -140,7 +140,7 @@ def ours(*poses):
 TOLERANCES = {"kitti": 1e-6, "hloc_raw_median": 3e-6, "hloc_sim3_median": 3e-6}
 
 
-def test_values(case):
+def test_values_are_those_of_the_original_programs(case):
     """To 1e-9 in all statistics, rates, areas and errors; refused where the original stops."""
     _, reference = case
     compared = 0
@@ -160,7 +160,7 @@ def test_values(case):
     assert compared > 25
 
 
-def test_rpg(case):
+def test_relative_errors_are_those_of_rpg(case):
     """Means, median and RMSE of the errors over each length, with and without scale."""
     _, reference = case
     for alignment in ("se3", "sim3"):

@@ -33,7 +33,7 @@ def poses_of(name):
 
 
 @pytest.mark.parametrize("name", CAMI2V)
-def test_cami2v(name):
+def test_errors_are_those_of_cami2v(name):
     gt, est = poses_of(name)
     errors = ("rotation", "translation", "pose")
     values = [video_error(gt, est, error=error) for error in errors]

@@ -26,7 +26,9 @@ SEARCHES = [  # cameras, hypotheses, prescreening; all triplets where no more ex
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize(("n", "n_hypotheses", "prescreen"), SEARCHES)
-def test_definition(cloud, shape, n, n_hypotheses, prescreen):
+def test_it_is_the_registration_written_out_in_the_paper_module(
+    cloud, shape, n, n_hypotheses, prescreen
+):
     """The same triplets from the same seed, never with coincident cameras; the same choice."""
     for seed in range(3):
         gt = cloud(shape, n, seed)

@@ -129,20 +129,11 @@ def test_wrong_settings_are_named_and_nothing_is_written(command, capsys, overri
     assert files() == {"file"}
 
 
-@pytest.mark.parametrize(
-    ("override", "problem"),
-    [
-        ("zoom=5", "Could not override 'zoom'; run: python -m experiments.run --help"),
-        (
-            "experiment=oultiers",
-            "In 'config': Could not find 'experiment/oultiers'; did you mean outliers?",
-        ),
-    ],
-)
-def test_a_wrong_key_ends_in_one_sentence(override, problem):
-    run = [sys.executable, "-m", "experiments.run", override]
+def test_a_wrong_key_ends_in_one_sentence():
+    run = [sys.executable, "-m", "experiments.run", "experiment=oultiers"]
     done = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.stderr == f"experiments.run: cannot read {override}: {problem}\n"
+    problem = "In 'config': Could not find 'experiment/oultiers'; did you mean outliers?"
+    assert done.stderr == f"experiments.run: cannot read experiment=oultiers: {problem}\n"
     assert done.returncode == 1
 
 

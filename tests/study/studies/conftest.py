@@ -10,6 +10,9 @@ import pytest
 
 from experiments.grid import evaluations
 from experiments.tables import Record, Trials
+from studies.statements import load_claims
+
+CLAIMS = load_claims(3)  # of the paper, decided by three studies; read once, which takes long
 
 
 def undescribed(function, table):

@@ -12,12 +12,9 @@ from experiments.tables import Record, read_trials
 from studies.__main__ import main
 from studies.beyond import findings
 from studies.claims import decide, plan
-from studies.statements import load_claims
 from studies.table1 import compare, to_markdown
 
-from .conftest import undescribed
-
-CLAIMS = load_claims()
+from .conftest import CLAIMS, undescribed
 
 
 def worsens(metric, cell, trial, rng):

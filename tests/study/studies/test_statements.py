@@ -11,9 +11,10 @@ from experiments.config import ConfigError
 from studies.statements import CLAIMS_FILE, Reading, load_claims
 from tests.study.figures.conftest import FIGURES
 
+from .conftest import CLAIMS
+
 # The percentages in the captions of figures 2, 6 and 7.
 PAPER = [-74, -51, -66, 13, -84, 14, -75, -50, -94, -55, -74, -59, -73, -24]
-CLAIMS = load_claims()
 
 
 def test_the_numbers_that_the_documentation_names():
@@ -63,7 +64,7 @@ def test_replicates_can_be_set_but_one_is_none():
             load_claims(wrong)  # type: ignore[arg-type]
 
 
-CONTENT = yaml.safe_load(CLAIMS_FILE.read_text())
+CONTENT = yaml.load(CLAIMS_FILE.read_text(), yaml.CSafeLoader)
 CLAIM = ["groups", 0, "claims", 0]
 DECISION = ["decisions", 0]
 

@@ -15,10 +15,12 @@ SETTINGS = {
     "collinear": GRID,
     "combined": ["sigma_t=[0.05]", "sigma_r_deg=[3]"],
 }
-SWEEPS = {
-    name: load_sweep([f"experiment={name}", "trials=3", *SETTINGS.get(name, [])])
-    for name in experiment_names()
-}
+
+
+def sweep_of(name):
+    return load_sweep([f"experiment={name}", "trials=3", *SETTINGS.get(name, [])])
+
+
 SCALE, OUTLIER, LINE, LONG = PROPERTIES
 
 
@@ -37,7 +39,10 @@ def trials_of(make_up, *, blind=nowhere, turned=nowhere):
         value *= -1 if METRICS[metric].larger_is_better != turned(metric, cell) else 1
         return 0.5 if blind(metric, cell) else value
 
-    return {name: make_up(sweep, value=value, path=f"{name}.csv") for name, sweep in SWEEPS.items()}
+    return {
+        name: make_up(sweep_of(name), value=value, path=f"{name}.csv")
+        for name in experiment_names()
+    }
 
 
 def table_of(make_up, **spoiled):
@@ -101,7 +106,7 @@ def test_the_ate_alone_needs_metric_scale(table):
     ],
 )
 def test_trials_that_cannot_tell_are_refused(make_up, name, change, problem):
-    sweep = replace(SWEEPS[name], **change)
+    sweep = replace(sweep_of(name), **change)
     other = make_up(sweep, value=lambda *_: 0.5, path=f"{name}.csv")
     with pytest.raises(TableError, match=f"^{name}.csv {problem}.*; run: snakemake {name}.csv$"):
         compare(trials_of(make_up) | {name: other})
