@@ -72,6 +72,7 @@ SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every 
     "legend.handlelength": 1.2,
     "legend.handletextpad": 0.4,
     "legend.columnspacing": 1.2,
+    "figure.dpi": 300,  # the layout measures text at it; smaller, hinted text is narrower
     "savefig.dpi": 300,
     "pdf.fonttype": 42,  # TrueType: text that can be searched, and that publishers accept
 }

@@ -1,5 +1,7 @@
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from figures import style
 from figures.__main__ import write_figure
 
 
@@ -14,3 +16,13 @@ def test_fonts_are_embedded_as_truetype_and_there_is_no_date(draw, tmp_path):
     assert b"Software" not in png.read_bytes()
     assert b"A title" in png.read_bytes()
     assert imread(png).shape[1] == 990  # 3.3 inches, 300 dpi
+
+
+def test_long_labels_are_not_cut_off(tmp_path):
+    with style.applied():
+        figure = Figure(figsize=(style.PAGE, 1), layout="constrained")
+        axes = figure.subplots()
+        axes.set_yticks(range(2), ["TAS: largest threshold, units of d", "two pieces (orbit, t)"])
+        axes.tick_params(axis="y", labelsize=style.SMALL)
+        write_figure(figure, [tmp_path / "figure.png"], "")
+    assert (imread(tmp_path / "figure.png")[:, :5, :3] == 1).all()
