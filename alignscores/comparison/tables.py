@@ -4,7 +4,6 @@ A style says how a text is escaped and how the best one is shown in bold; pandas
 """
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -16,7 +15,7 @@ import pandas as pd
 from ..evaluation.settings import Settings
 from ..extras import require
 from ..metrics import header
-from ..texts import text_table
+from ..texts import in_markdown, text_table
 from .comparison import Comparison
 from .statistics import LEVEL
 from .summary import (
@@ -30,7 +29,7 @@ from .summary import (
 from .verdict import p_text
 
 __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "legend"]
-__all__ += ["HTML", "MARKDOWN", "TEXT", "markdown", "notes_of", "number", "overall"]
+__all__ += ["HTML", "MARKDOWN", "TEXT", "notes_of", "number", "overall"]
 __all__ += ["differences_of", "problems_of", "wins_text"]
 
 METRICS = "TAS", "RAS", "PAS", "half_distance", "half_angle"
@@ -42,11 +41,6 @@ class TableStyle:
 
     escape: Callable[[str], str]
     bold: Callable[[str], str]
-
-
-def markdown(text: str) -> str:
-    """Return a text that Markdown shows as it is."""
-    return re.sub(r"([\\`*\[\]<>|~&]|\b_|_\b)", r"\\\1", text)
 
 
 def latex(text: str) -> str:
@@ -75,7 +69,7 @@ LATEX_LEGEND = {
     FAILED: rf"{FAILED}\,mean without the failed runs",
 }
 TEXT = TableStyle(str, str)
-MARKDOWN = TableStyle(markdown, lambda text: f"**{text}**")
+MARKDOWN = TableStyle(in_markdown, lambda text: f"**{text}**")
 HTML = TableStyle(escape, lambda text: f"<b>{text}</b>")
 
 
