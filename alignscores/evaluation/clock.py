@@ -15,6 +15,8 @@ nearly as strong, and its standard error is small.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from statistics import median
 from typing import NamedTuple
 
 import numpy as np
@@ -167,12 +169,16 @@ class _Path:
 
         Otherwise offsets between two stamps would fit better, since interpolation averages noise.
         """
-        half = np.median(np.diff(self.stamps)) / 2
-        parts = [self.at(times + shift) for shift in (-half, 0.0, half)]
-        points = np.sum([points for points, _ in parts], axis=0) / 3
+        parts, known = self.at(np.stack([times - self.half, times, times + self.half]))
+        points = parts.sum(axis=0) / 3
         if self.rotations:
             points /= np.linalg.norm(points, axis=-1, keepdims=True)
-        return points, parts[1][1]
+        return points, known[1]
+
+    @cached_property
+    def half(self) -> float:
+        """Half of the usual time between two points."""
+        return float(np.median(np.diff(self.stamps))) / 2
 
     def sizes(self, first: Floats, second: Floats) -> Floats:
         """Return the angles between points in radians, or the logarithms of their distances."""
@@ -304,14 +310,18 @@ class _Comparison:
 
     def at(self, offset: float) -> tuple[Floats, Booleans]:
         """Return the differences at an offset, and which of them are known."""
-        first, first_known = self.ref.smoothed(self.motions.starts + offset)
-        second, second_known = self.ref.smoothed(self.motions.ends + offset)
-        known = first_known & second_known
+        times = np.stack([self.motions.starts, self.motions.ends]) + offset
+        (first, second), both_known = self.ref.smoothed(times)
+        known = both_known[0] & both_known[1]
         true = self.of_ref(first, second)
-        moves = self.of_est(self.motions.first, self.motions.second)
-        if moves.shape[1] == 3 and known.any():
-            true = _aligned(moves, true, known)
-        return np.where(known[:, None], true - moves, 0), known
+        if self.moves.shape[1] == 3 and known.any():
+            true = _aligned(self.moves, true, known)
+        return np.where(known[:, None], true - self.moves, 0), known
+
+    @cached_property
+    def moves(self) -> Floats:
+        """The motions of the estimate."""
+        return self.of_est(self.motions.first, self.motions.second)
 
     def left(self, offset: float) -> float:
         """Return the mean size of the differences at an offset."""
@@ -394,12 +404,20 @@ def _aligned(moves: Floats, true: Floats, known: Booleans) -> Floats:
 
 def _fitted(moves: Floats, true: Floats) -> Floats:
     """Return true vectors, rotated and scaled to those of an estimate; without outliers."""
-    rows = np.arange(len(true))
-    for _ in range(3):
-        u, sizes, vt = np.linalg.svd(moves[rows].T @ true[rows])
-        sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-        scale = (sizes * sign).sum() / max((true[rows] ** 2).sum(), np.finfo(float).tiny)
-        fitted = scale * true @ (u * sign @ vt).T
+    fitted = true @ _similarity(moves, true)
+    used = np.ones(len(true), bool)
+    for _ in range(2):
         off = np.linalg.norm(fitted - moves, axis=1)
-        rows = np.flatnonzero(off <= OUTLIER * np.median(off))
+        inliers = off <= OUTLIER * median(off.tolist())  # faster than of NumPy
+        if (inliers == used).all():
+            break
+        fitted, used = true @ _similarity(moves[inliers], true[inliers]), inliers
     return np.asarray(fitted)
+
+
+def _similarity(moves: Floats, true: Floats) -> Floats:
+    """Return the matrix, to the right of true vectors, that rotates and scales them."""
+    u, sizes, vt = np.linalg.svd(moves.T @ true)
+    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+    scale = (sizes * sign).sum() / max((true**2).sum(), np.finfo(float).tiny)
+    return np.asarray(scale * (u * sign @ vt).T)
