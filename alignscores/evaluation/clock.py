@@ -16,7 +16,6 @@ nearly as strong, and its standard error is small.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from statistics import median
 from typing import NamedTuple
 
 import numpy as np
@@ -308,15 +307,11 @@ class _Comparison:
     of_ref: _Vectors
     of_est: _Vectors
 
-    def at(self, offset: float) -> tuple[Floats, Booleans]:
-        """Return the differences at an offset, and which of them are known."""
+    def true(self, offset: float) -> tuple[Floats, Booleans]:
+        """Return the motions of the reference at an offset, and which of them are known."""
         times = np.stack([self.motions.starts, self.motions.ends]) + offset
-        (first, second), both_known = self.ref.smoothed(times)
-        known = both_known[0] & both_known[1]
-        true = self.of_ref(first, second)
-        if self.moves.shape[1] == 3 and known.any():
-            true = _aligned(self.moves, true, known)
-        return np.where(known[:, None], true - self.moves, 0), known
+        (first, second), known = self.ref.smoothed(times)
+        return self.of_ref(first, second), known[0] & known[1]
 
     @cached_property
     def moves(self) -> Floats:
@@ -325,8 +320,10 @@ class _Comparison:
 
     def left(self, offset: float) -> float:
         """Return the mean size of the differences at an offset."""
-        difference, known = self.at(offset)
-        return float(np.linalg.norm(difference[known], axis=1).mean()) if known.any() else np.inf
+        (true, known), moves = self.true(offset), self.moves
+        rows = np.flatnonzero(known)
+        difference = _aligned(moves, true, _stretches(moves, true, rows)) - moves
+        return float(np.linalg.norm(difference[rows], axis=1).mean()) if len(rows) else np.inf
 
 
 def _angles(first: Floats, second: Floats) -> Floats:
@@ -359,30 +356,29 @@ def _least_squares(comparison: _Comparison, offset: float, step: float) -> tuple
     """Return the offset next to one that minimises squared differences, and its standard error.
 
     The standard error comes from a jackknife over stretches of time, since errors of neighbouring
-    motions are alike. It is infinite where there is no minimum within a step.
+    motions are alike; longer stretches have a larger one if those of stretches are, too. It is
+    infinite where there is no minimum within a step.
     """
     near = offset + step * np.linspace(-1, 1, 5)
     start = float(near[np.argmin([comparison.left(at) for at in near])])
-    offset, h = start, 0.1 * step
+    offset, h, moves = start, 0.1 * step, comparison.moves
     for _ in range(MAX_ITERATIONS):
-        difference, usable = comparison.at(offset)
-        (later, later_known), (earlier, earlier_known) = (
-            comparison.at(offset + h),
-            comparison.at(offset - h),
-        )
-        sizes = np.linalg.norm(difference, axis=1)
-        usable &= later_known & earlier_known
-        rows = np.flatnonzero(usable & (sizes <= OUTLIER * np.median(sizes[usable])))
-        slopes = (later - earlier)[rows] / (2 * h)
+        at = [comparison.true(offset + shift) for shift in (-h, 0.0, h)]
+        rows = np.flatnonzero(np.all([known for _, known in at], axis=0))
+        stretches = _stretches(moves, at[1][0], rows)  # the same for all, else they make the slopes
+        earlier, now, later = (_aligned(moves, true, stretches) for true, _ in at)
+        difference, slopes = now - moves, (later - earlier) / (2 * h)
+        sizes = np.linalg.norm(difference[rows], axis=1)
+        rows = rows[sizes <= OUTLIER * np.median(sizes)] if len(rows) else rows
         blocks = np.arange(len(rows)) * BLOCKS // max(len(rows), 1)
-        moments = np.bincount(blocks, (difference[rows] * slopes).sum(axis=1), BLOCKS)
-        squares = np.bincount(blocks, (slopes**2).sum(axis=1), BLOCKS)
+        moments = np.bincount(blocks, (difference * slopes)[rows].sum(axis=1), BLOCKS)
+        squares = np.bincount(blocks, (slopes[rows] ** 2).sum(axis=1), BLOCKS)
         if not (squares.sum() - squares > 0).all():
             return offset, np.inf
         change = float(np.clip(moments.sum() / squares.sum(), -step / 2, step / 2))
         offset -= change
         others = (moments.sum() - moments) / (squares.sum() - squares)
-        error = float(np.sqrt((BLOCKS - 1) * np.var(others)))
+        error = max(_jackknife(others, n) for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
         if abs(offset - start) > step:
             return offset, np.inf
         if abs(change) <= CONVERGED * error:
@@ -390,34 +386,43 @@ def _least_squares(comparison: _Comparison, offset: float, step: float) -> tuple
     return offset, max(error, abs(change))  # outliers that come and go leave the last change
 
 
-def _aligned(moves: Floats, true: Floats, known: Booleans) -> Floats:
-    """Return true vectors, rotated and scaled to those of an estimate in each stretch of time.
+def _jackknife(others: Floats, n: int) -> float:
+    """Return the standard error by n equal groups of what is found without each stretch."""
+    shares = (1 - 1 / len(others)) * (others - others.mean())
+    return float(np.sqrt(n / (n - 1) * (shares.reshape(n, -1).sum(axis=1) ** 2).sum()))
+
+
+_Stretches = list[tuple[Indices, Indices]]  # rows of stretches of time, and those that fit
+
+
+def _stretches(moves: Floats, true: Floats, rows: Indices) -> _Stretches:
+    """Return the stretches in which vectors are aligned; none where they have no direction.
 
     A single alignment would take the drift of an estimate for an offset.
     """
-    rows = np.flatnonzero(known)
-    aligned = true.copy()
+    if moves.shape[1] == 1 or not len(rows):
+        return []
+    stretches = []
     for part in np.array_split(rows, np.clip(len(rows) // MIN_MOTIONS, 1, ALIGNMENTS)):
-        aligned[part] = _fitted(moves[part], true[part])
+        fit = part
+        for _ in range(2):
+            off = np.linalg.norm(_fitted(moves, true, part, fit) - moves[part], axis=1)
+            fit = part[off <= OUTLIER * np.median(off)]
+        stretches.append((part, fit))
+    return stretches
+
+
+def _aligned(moves: Floats, true: Floats, stretches: _Stretches) -> Floats:
+    """Return true vectors, rotated and scaled to those of an estimate in each stretch of time."""
+    aligned = true.copy()
+    for part, fit in stretches:
+        aligned[part] = _fitted(moves, true, part, fit)
     return aligned
 
 
-def _fitted(moves: Floats, true: Floats) -> Floats:
-    """Return true vectors, rotated and scaled to those of an estimate; without outliers."""
-    fitted = true @ _similarity(moves, true)
-    used = np.ones(len(true), bool)
-    for _ in range(2):
-        off = np.linalg.norm(fitted - moves, axis=1)
-        inliers = off <= OUTLIER * median(off.tolist())  # faster than of NumPy
-        if (inliers == used).all():
-            break
-        fitted, used = true @ _similarity(moves[inliers], true[inliers]), inliers
-    return np.asarray(fitted)
-
-
-def _similarity(moves: Floats, true: Floats) -> Floats:
-    """Return the matrix, to the right of true vectors, that rotates and scales them."""
-    u, sizes, vt = np.linalg.svd(moves.T @ true)
+def _fitted(moves: Floats, true: Floats, rows: Indices, fit: Indices) -> Floats:
+    """Return the true vectors in some rows under the similarity that fits others best."""
+    u, sizes, vt = np.linalg.svd(moves[fit].T @ true[fit])
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-    scale = (sizes * sign).sum() / max((true**2).sum(), np.finfo(float).tiny)
-    return np.asarray(scale * (u * sign @ vt).T)
+    scale = (sizes * sign).sum() / max((true[fit] ** 2).sum(), np.finfo(float).tiny)
+    return np.asarray(scale * true[rows] @ (u * sign @ vt).T)
