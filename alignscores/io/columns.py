@@ -17,6 +17,8 @@ x, y, z or w, or ends in one, makes it a coordinate.
 One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
 header with two positions, rotations or clocks is refused with the choices; so is one whose
 positions have other words, as in ``vicon_x`` and ``slam_x``.
+
+A unit among the words, as in ``x [mm]``, or in a line below the names, is one of `UNITS`.
 """
 
 import re
@@ -28,7 +30,15 @@ from ..files import FileError, is_number, to_number
 from .tables import COMMENTS, Table
 from .trajectory import MAX_DEVIATION
 
-__all__ = ["FOUR_ROWS", "POSITION", "QUATERNION", "VECTOR", "name_columns", "parse_columns"]
+__all__ = [
+    "FOUR_ROWS",
+    "POSITION",
+    "QUATERNION",
+    "UNITS",
+    "VECTOR",
+    "name_columns",
+    "parse_columns",
+]
 
 POSITION = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")
@@ -58,6 +68,7 @@ Groups = dict[tuple[str, ...], list[tuple[str, list[int]]]]  # owner and columns
 
 # Words in headers.
 TIMES = {"t", "ts", "time", "times", "stamp", "timestamp", "timestamps"}
+TIMES |= {"elapsed", "utime", "gpstime"}
 NUMBERS = {"n", "num", "number", "id", "idx", "index", "frame", "seq"}
 NAMES = {"name", "image", "img", "filename", "imagename", "file"}
 OWNERS = {"gt", "groundtruth", "ground", "truth", "true", "ref", "reference"}
@@ -68,6 +79,14 @@ VECTORS = {"rvec", "rotvec", "rodrigues"}
 OTHERS = {"v", "vel", "velocity", "speed", "acc", "accel", "acceleration", "gyro", "angular", "w"}
 OTHERS |= {"a", "b", "linear", "twist", "omega", "bias", "force", "gravity", "euler"}
 OTHERS |= {"cov", "covariance", "std", "sigma", "var", "variance", "err", "error", "errors"}
+OTHERS |= {"deg", "degrees"}
+
+# Units of positions in metres, of times in seconds, and those without a factor.
+LENGTHS = {"m": 1.0, "meter": 1.0, "meters": 1.0, "metre": 1.0, "metres": 1.0}
+LENGTHS |= {"mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "feet": 0.3048, "inches": 0.0254}
+MINUTES = {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
+UNITS = LENGTHS | MINUTES | dict.fromkeys(["s", "ms", "us", "ns", "rad", "deg"], 1.0)
+LETTERS = str.maketrans({'"': None, ";": ",", "µ": "u", "μ": "u", "°": "_deg"})
 
 
 def name_columns(table: Table, columns: str | None = None) -> list[str]:
@@ -78,6 +97,8 @@ def name_columns(table: Table, columns: str | None = None) -> list[str]:
         unknown = f"whose meaning is unknown; {NAME_THEM}"
         reason = f"not the {len(names)} of {columns!r}" if columns else unknown
         raise table.source.error(0, f"has {width} column{'s' * (width != 1)}, {reason}")
+    words = columns.lower().replace(",", " ").split() if columns else table.header
+    table.units = list(map(_unit, words, names))
     return names + ["-"] * (width - len(names))
 
 
@@ -95,10 +116,16 @@ def parse_columns(text: str) -> list[str]:
 
 def _of_header(table: Table) -> list[str]:
     """Return the columns that a line above the rows names; none if no line does."""
-    width = len(table.first)
+    width, units = len(table.first), [""]
     for line in reversed(table.above):
         words = _words(line)
-        names = _complete([_what(word) for word in words])
+        if {*re.findall("[a-z]+", " ".join(words))} <= UNITS.keys():
+            units = words
+            continue
+        if len(units) == len(words):
+            words = [f"{word} {unit}".strip() for word, unit in zip(words, units, strict=True)]
+        parts = [_what(word) for word in words]
+        names = _complete(parts)
         _check_owners(words, names, table)
         if "x" in names and len(names) <= width:
             table.header = words
@@ -116,8 +143,10 @@ def _of_header(table: Table) -> list[str]:
                 "is a submission to the Image Matching Challenge, which has several scenes: write "
                 "a file 'name qw qx qy qz tx ty tz' for each scene",
             )
-        if len(names) == width and not line.startswith(COMMENTS):
-            reason = f"its header names no x, y, z ({line[:60]!r}); {NAME_THEM}"
+        n_coordinates = sum(part in (*POSITION, *QUATERNION) for part in parts)
+        if len(names) == width and (n_coordinates > 1 or not line.startswith(COMMENTS)):
+            planar = "; write z, too, and a heading as a quaternion" * ({"x", "y"} <= {*parts})
+            reason = f"its header names no x, y, z ({line[:60]!r}); {NAME_THEM}{planar}"
             raise FileError(table.path, reason)
     return []
 
@@ -137,15 +166,22 @@ def _check_owners(words: Sequence[str], names: Sequence[str], table: Table) -> N
 def _owner(word: str, anyone: bool = False) -> str:
     """Return the words of a name that say whose column it is."""
     words = re.findall("[a-z]+", word)
-    known = {*"wxyz", *POSITIONS, *ORIENTATIONS, *VECTORS, "m", "meters", "metres"}
+    known = {*"wxyz", *POSITIONS, *ORIENTATIONS, *VECTORS, *UNITS}
     known |= {f"{part}{axis}" for part in (*POSITIONS, *ORIENTATIONS, "r") for axis in "wxyz"}
     return " ".join(sorted({*words} - known if anyone else OWNERS & {*words}))
 
 
 def _words(header: str) -> list[str]:
-    """Return the names in a header."""
-    text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lower().lstrip("#%/ \t"))  # x [m]
-    return text.replace(";", ",").split("," if "," in text or ";" in text else None)
+    """Return the names in a header; timestampNs has two words."""
+    text = re.sub("(?<=[a-z]{2})(?=[A-Z])", "_", header.translate(LETTERS)).lower()
+    text = re.sub(r"\s+(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
+    return [word.strip() for word in text.split("," if "," in text else None)]
+
+
+def _unit(word: str, name: str) -> str:
+    """Return the unit of a position or a time if the header has another than metres or seconds."""
+    units = LENGTHS if name in POSITION else MINUTES if name[0] == "t" else {}
+    return next((unit for unit in re.findall("[a-z]+", word) if units.get(unit, 1) != 1), "")
 
 
 def _unambiguous(
@@ -166,8 +202,8 @@ def _unambiguous(
         return choices[0]
     what = "poses" if len(poses) > 1 else "clocks"
     alternatives = " or ".join(f"'{' '.join(choice)}'" for choice in choices[:4])
-    reason = f"its header names {len(choices)} {what}; choose one by --ref_columns or --est_columns"
-    raise FileError(table.path, f"{reason} {alternatives}")
+    reason = f"its header names {len(choices)} {what}; choose one by --columns {alternatives}"
+    raise FileError(table.path, reason)
 
 
 def _poses(words: Sequence[str], names: Sequence[str], anyone: bool) -> list[list[int]]:
@@ -234,14 +270,17 @@ def _by_width(table: Table) -> list[str]:
 def _what(text: str, anyone: bool = False) -> str:
     """Return what a column with this name holds, whose owner may be anyone."""
     words = re.findall(r"[a-z]+\d*", text.lower())
-    if len(words) > 1 and words[-1] in ("m", "meters", "metres"):
+    if len(words) > 1 and words[-1] in LENGTHS:
         words.pop()
     if not words:
         return "-"
     for word in reversed(words):
         axis = re.fullmatch("([a-z]*)([wxyz])", word)
         if axis and axis[1] in {"", "r", *POSITIONS, *ORIENTATIONS, *VECTORS, *OWNERS}:
-            return _coordinate(axis[2], {axis[1]} - {""}, {*words} - {word}, anyone)
+            others = {*words} - {word}
+            if words[0] in POSITIONS | ORIENTATIONS:  # p_WS_W_x is a position in W, no rate
+                others -= {*"abvw"}
+            return _coordinate(axis[2], {axis[1]} - {""}, others, anyone)
     last = words[-1]
     unit = re.fullmatch("(|m|milli|u|micro|n|nano)s(ec(ond)?s?)?", last)
     if TIMES & {*words} or (unit and len(last) > 2):  # sec, nsec
