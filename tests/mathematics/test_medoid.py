@@ -18,16 +18,19 @@ def sums_of_distances(rotations):
     return np.concatenate([np.minimum(part, 0.5).sum(axis=1) for part in distances])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 10_000),
-    n=st.one_of(st.integers(1, 60), st.integers(300, 1500), st.integers(5001, 5200)),
+    n=st.one_of(st.integers(1, 60), st.integers(300, 900)),
+    bounded=st.booleans(),
     noise_deg=st.sampled_from([0.0, 1e-7, 1e-3, 0.1, 1.0, 5.0, 20.0, 180.0]),
     outliers=st.sampled_from([0.0, 0.1, 0.48, 0.9]),
     agree=st.booleans(),
     drift_deg=st.sampled_from([0.0, 1.0, 40.0]),
 )
-def test_no_rotation_is_cheaper_than_the_medoid(seed, n, noise_deg, outliers, agree, drift_deg):
+def test_no_rotation_is_cheaper_than_the_medoid(
+    seed, n, bounded, noise_deg, outliers, agree, drift_deg
+):
     """With noise of any size, a drift, and any share of outliers, which may agree."""
     rng = np.random.default_rng(seed)
     path = Rotation.from_rotvec(np.cumsum(rng.normal(0, drift_deg / n**0.5, (n, 3)), axis=0))
@@ -38,13 +41,16 @@ def test_no_rotation_is_cheaper_than_the_medoid(seed, n, noise_deg, outliers, ag
     )
     rotations[:k] = others.as_matrix()[:k]
     sums = sums_of_distances(rotations)
-    assert sums[medoid(rotations)] <= sums.min() + 1e-11 * n
+    with pytest.MonkeyPatch.context() as patch:
+        if bounded:  # as more rotations are searched
+            patch.setattr("alignscores.medoid.N_ALL_PAIRS", 0)
+        assert sums[medoid(rotations)] <= sums.min() + 1e-11 * n
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_the_medoid_where_one_in_twenty_agrees(seed):
+@pytest.mark.parametrize(("seed", "n"), [(0, 2000), (1, 2000), (2, 5100)])
+def test_the_medoid_where_one_in_twenty_agrees(seed, n):
     rng = np.random.default_rng(seed)
-    rotations = Rotation.random(2000, rng=rng).as_matrix()
+    rotations = Rotation.random(n, rng=rng).as_matrix()
     rotations[:100] = Rotation.from_rotvec(rng.normal(0, 0.15, (100, 3))).as_matrix()
     sums = sums_of_distances(rotations)
     assert medoid(rotations) == np.argmin(sums)
