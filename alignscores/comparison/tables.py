@@ -272,7 +272,7 @@ def legend(comparison: Comparison, style: TableStyle = TEXT) -> list[str]:
     lines = [f"means over runs, then {_sequences(comparison)}; a failed run has the worst value"]
     if comparison.settings is not None:
         lines[0] += f"; {comparison.settings.how_aligned}"
-    marks = [] if style is TEXT else [BOLD]
+    marks = [BOLD] if style is not TEXT and _is_any_best(comparison) else []
     ranks = comparison.summary[["rank_best", "rank_worst"]].dropna()
     if (ranks["rank_best"] != ranks["rank_worst"]).any():
         marks.append(
@@ -281,6 +281,20 @@ def legend(comparison: Comparison, style: TableStyle = TEXT) -> list[str]:
     if (comparison.distinct["status"] != "scored").any():
         marks.append("†1: one failed or missing run; errors are means over the other runs")
     return lines + (["; ".join(marks)] if marks else [])
+
+
+def _is_any_best(comparison: Comparison) -> bool:
+    """Return whether `overall` or `by_sequence` have a best mean."""
+    by, larger, on_sequences = (
+        comparison.by,
+        comparison.larger,
+        comparison.summary.dropna(subset="sequence"),
+    )
+    means = [
+        (comparison.overall[name], _larger(comparison, name)) for name in _metric_names(comparison)
+    ]
+    means += [(group[by], larger) for _, group in on_sequences.groupby("sequence")]
+    return any(best_means(*arguments).any() for arguments in means)
 
 
 def conditions(settings: Settings | None) -> list[str]:

@@ -313,7 +313,9 @@ def test_where_nothing_is_better_nothing_is_bold(run, tmp_path):
     for systems in ({"a": on(1, GOOD)}, {"a": on(1, GOOD), "b": on(1, GOOD[::-1])}):
         table(systems).to_csv(tmp_path / "runs.csv", index=False)
         assert "textbf" not in run("runs.csv", "--latex")[1]
-        assert "**" not in run("runs.csv", "--markdown", "-")[1].replace(r"\*", "")
+        shown = run("runs.csv", "--markdown", "-")[1].replace(r"\*", "")
+        assert "**" not in shown
+        assert "bold" not in shown
     worst = {"a": on(1, GOOD), "b": on(1, [*GOOD[:4], None])}
     table(worst, "half_distance").to_csv(tmp_path / "runs.csv", index=False)
     assert run("runs.csv", "--by", "half", "--latex")[1].count("textbf") == 1
