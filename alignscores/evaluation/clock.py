@@ -366,9 +366,9 @@ def _least_squares(comparison: _Comparison, offset: float, step: float) -> tuple
         difference, slopes = now - moves, (later - earlier) / (2 * h)
         for stretch in _stretches(moves, now, rows):
             part, aligned = stretch.rows, now[stretch.rows] @ stretch.matrix
-            difference[part], slopes[part] = stretch.without_drift(
-                aligned, aligned - moves[part], slopes[part] @ stretch.matrix
-            )
+            vectors = aligned - moves[part], slopes[part] @ stretch.matrix
+            drifts = not comparison.ref.rotations
+            difference[part], slopes[part] = stretch.unexplained(aligned, *vectors, drifts=drifts)
         sizes = np.linalg.norm(difference[rows], axis=1)
         rows = rows[sizes <= OUTLIER * np.median(sizes)] if len(rows) else rows
         blocks = np.arange(len(rows)) * BLOCKS // max(len(rows), 1)
@@ -400,18 +400,19 @@ class _Stretch(NamedTuple):
     fits: Booleans
     matrix: Floats
 
-    def without_drift(self, aligned: Floats, *vectors: Floats) -> Floats:
-        """Return vectors without what rotations and scales that change with time explain.
+    def unexplained(self, aligned: Floats, *vectors: Floats, drifts: bool) -> Floats:
+        """Return vectors without what another rotation and scale explain.
 
-        Drift would pass for an offset: on an orbit it turns the path as the clock does.
+        Those of displacements may drift, which would pass for an offset: on an orbit it turns the
+        path as the clock does. Rotations are compared in the frame of the camera.
         """
-        axes = np.cross(np.eye(3)[:, None], aligned)
-        constant = np.stack([*axes, aligned], axis=-1)
-        time = np.linspace(-1, 1, len(aligned))[:, None, None]
-        drift = np.concatenate([constant, time * constant], axis=-1)
+        alignment = np.stack([*np.cross(np.eye(3)[:, None], aligned), aligned], axis=-1)
+        if drifts:
+            time = np.linspace(-1, 1, len(aligned))[:, None, None]
+            alignment = np.concatenate([alignment, time * alignment], axis=-1)
         both = np.stack(vectors, axis=-1)
-        factors = [array[self.fits].reshape(-1, array.shape[-1]) for array in (drift, both)]
-        return np.asarray(np.moveaxis(both - drift @ np.linalg.lstsq(*factors)[0], -1, 0))
+        on, of = (array[self.fits].reshape(-1, array.shape[-1]) for array in (alignment, both))
+        return np.asarray(np.moveaxis(both - alignment @ np.linalg.lstsq(on, of)[0], -1, 0))
 
 
 def _stretches(moves: Floats, true: Floats, rows: Indices) -> list[_Stretch]:
