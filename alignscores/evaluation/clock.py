@@ -321,8 +321,9 @@ class _Comparison:
     def left(self, offset: float) -> float:
         """Return the mean size of the differences at an offset."""
         (true, known), moves = self.true(offset), self.moves
-        rows = np.flatnonzero(known)
-        difference = _aligned(moves, true, _stretches(moves, true, rows)) - moves
+        difference, rows = true - moves, np.flatnonzero(known)
+        for stretch in _stretches(moves, true, rows):
+            difference[stretch.rows] = true[stretch.rows] @ stretch.matrix - moves[stretch.rows]
         return float(np.linalg.norm(difference[rows], axis=1).mean()) if len(rows) else np.inf
 
 
@@ -363,11 +364,16 @@ def _least_squares(comparison: _Comparison, offset: float, step: float) -> tuple
     start = float(near[np.argmin([comparison.left(at) for at in near])])
     offset, h, moves = start, 0.1 * step, comparison.moves
     for _ in range(MAX_ITERATIONS):
-        at = [comparison.true(offset + shift) for shift in (-h, 0.0, h)]
-        rows = np.flatnonzero(np.all([known for _, known in at], axis=0))
-        stretches = _stretches(moves, at[1][0], rows)  # the same for all, else they make the slopes
-        earlier, now, later = (_aligned(moves, true, stretches) for true, _ in at)
+        (earlier, early), (now, known), (later, late) = (
+            comparison.true(offset + shift) for shift in (-h, 0.0, h)
+        )
+        rows = np.flatnonzero(known & early & late)
         difference, slopes = now - moves, (later - earlier) / (2 * h)
+        for stretch in _stretches(moves, now, rows):
+            part, aligned = stretch.rows, now[stretch.rows] @ stretch.matrix
+            vectors = aligned - moves[part], slopes[part] @ stretch.matrix
+            drifts = not comparison.ref.rotations
+            difference[part], slopes[part] = stretch.unexplained(aligned, *vectors, drifts=drifts)
         sizes = np.linalg.norm(difference[rows], axis=1)
         rows = rows[sizes <= OUTLIER * np.median(sizes)] if len(rows) else rows
         blocks = np.arange(len(rows)) * BLOCKS // max(len(rows), 1)
@@ -392,37 +398,44 @@ def _jackknife(others: Floats, n: int) -> float:
     return float(np.sqrt(n / (n - 1) * (shares.reshape(n, -1).sum(axis=1) ** 2).sum()))
 
 
-_Stretches = list[tuple[Indices, Indices]]  # rows of stretches of time, and those that fit
+class _Stretch(NamedTuple):
+    """A stretch of time: its motions, those that fit, and the similarity that aligns them."""
+
+    rows: Indices
+    fits: Booleans
+    matrix: Floats
+
+    def unexplained(self, aligned: Floats, *vectors: Floats, drifts: bool) -> Floats:
+        """Return vectors without what another rotation and scale explain.
+
+        Those of displacements may drift, which would pass for an offset: on an orbit it turns the
+        path as the clock does. Rotations are compared in the frame of the camera.
+        """
+        alignment = np.stack([*np.cross(np.eye(3)[:, None], aligned), aligned], axis=-1)
+        if drifts:
+            time = np.linspace(-1, 1, len(aligned))[:, None, None]
+            alignment = np.concatenate([alignment, time * alignment], axis=-1)
+        both = np.stack(vectors, axis=-1)
+        on, of = (array[self.fits].reshape(-1, array.shape[-1]) for array in (alignment, both))
+        return np.asarray(np.moveaxis(both - alignment @ np.linalg.lstsq(on, of)[0], -1, 0))
 
 
-def _stretches(moves: Floats, true: Floats, rows: Indices) -> _Stretches:
-    """Return the stretches in which vectors are aligned; none where they have no direction.
-
-    A single alignment would take the drift of an estimate for an offset.
-    """
+def _stretches(moves: Floats, true: Floats, rows: Indices) -> list[_Stretch]:
+    """Return the stretches of some rows in which vectors are aligned; none for angles."""
     if moves.shape[1] == 1 or not len(rows):
         return []
-    stretches = []
-    for part in np.array_split(rows, np.clip(len(rows) // MIN_MOTIONS, 1, ALIGNMENTS)):
-        fit = part
-        for _ in range(2):
-            off = np.linalg.norm(_fitted(moves, true, part, fit) - moves[part], axis=1)
-            fit = part[off <= OUTLIER * np.median(off)]
-        stretches.append((part, fit))
-    return stretches
+    n = int(np.clip(len(rows) // MIN_MOTIONS, 1, ALIGNMENTS))
+    return [_aligned(part, moves[part], true[part]) for part in np.array_split(rows, n)]
 
 
-def _aligned(moves: Floats, true: Floats, stretches: _Stretches) -> Floats:
-    """Return true vectors, rotated and scaled to those of an estimate in each stretch of time."""
-    aligned = true.copy()
-    for part, fit in stretches:
-        aligned[part] = _fitted(moves, true, part, fit)
-    return aligned
-
-
-def _fitted(moves: Floats, true: Floats, rows: Indices, fit: Indices) -> Floats:
-    """Return the true vectors in some rows under the similarity that fits others best."""
-    u, sizes, vt = np.linalg.svd(moves[fit].T @ true[fit])
-    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-    scale = (sizes * sign).sum() / max((true[fit] ** 2).sum(), np.finfo(float).tiny)
-    return np.asarray(scale * true[rows] @ (u * sign @ vt).T)
+def _aligned(rows: Indices, moves: Floats, true: Floats) -> _Stretch:
+    """Return how true vectors are rotated and scaled to those of an estimate; without outliers."""
+    fits = np.ones(len(true), dtype=bool)
+    for _ in range(3):
+        u, sizes, vt = np.linalg.svd(moves[fits].T @ true[fits])
+        sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+        scale = (sizes * sign).sum() / max((true[fits] ** 2).sum(), np.finfo(float).tiny)
+        matrix = scale * (u * sign @ vt).T
+        off = np.linalg.norm(true @ matrix - moves, axis=1)
+        fits = off <= OUTLIER * np.median(off)
+    return _Stretch(rows, fits, matrix)
