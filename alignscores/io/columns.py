@@ -11,7 +11,7 @@ x, y, z or w, or ends in one, makes it a coordinate.
   ``r33``.
 - Another quantity: with one of `OTHERS`, as in ``v_x`` or ``pos_std_x``.
 - Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``. If a column is called a stamp, no
-  other is a time; nor is a mere unit, if one is called a time. Seconds and their fraction are added.
+  other is a time; nor is a mere unit, if one is called a time. Seconds and a fraction are added.
 - Number of the frame: one of `NUMBERS`. Name of the image: one of `NAMES`.
 
 One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
