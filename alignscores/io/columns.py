@@ -204,7 +204,7 @@ def _unambiguous(
     if len(choices) == 1:
         return choices[0]
     what = "poses" if len(poses) > 1 else "clocks"
-    alternatives = " or ".join(f"'{' '.join(choice)}'" for choice in choices[:4])
+    alternatives = " or ".join(f"'{' '.join(choice).rstrip(' -')}'" for choice in choices[:4])
     reason = f"its header names {len(choices)} {what}; choose one by --columns {alternatives}"
     raise FileError(table.path, reason)
 
