@@ -11,7 +11,7 @@ x, y, z or w, or ends in one, makes it a coordinate.
   ``r33``.
 - Another quantity: with one of `OTHERS`, as in ``v_x`` or ``pos_std_x``.
 - Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``. If a column is called a stamp, no
-  other is a time. Seconds and a column with their fraction are added.
+  other is a time; nor is a mere unit, if one is called a time. Seconds and a fraction are added.
 - Number of the frame: one of `NUMBERS`. Name of the image: one of `NAMES`.
 
 One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
@@ -68,9 +68,9 @@ Groups = dict[tuple[str, ...], list[tuple[str, list[int]]]]  # owner and columns
 
 # Words in headers.
 TIMES = {"t", "ts", "time", "times", "stamp", "timestamp", "timestamps"}
-TIMES |= {"elapsed", "utime", "gpstime"}
+TIMES |= {"elapsed", "epoch", "utime", "gpstime", "rostime"}
 NUMBERS = {"n", "num", "number", "id", "idx", "index", "frame", "seq"}
-NAMES = {"name", "image", "img", "filename", "imagename", "file"}
+NAMES = {"name", "image", "img", "filename", "imagename", "file", "path", "label", "photo"}
 OWNERS = {"gt", "groundtruth", "ground", "truth", "true", "ref", "reference"}
 OWNERS |= {"est", "estimate", "estimated", "pred", "predicted"}
 POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation"}
@@ -82,8 +82,7 @@ OTHERS |= {"cov", "covariance", "std", "sigma", "var", "variance", "err", "error
 OTHERS |= {"deg", "degrees"}
 
 # Units of positions in metres, of times in seconds, and those without a factor.
-LENGTHS = {"m": 1.0, "meter": 1.0, "meters": 1.0, "metre": 1.0, "metres": 1.0}
-LENGTHS |= {"mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "feet": 0.3048, "inches": 0.0254}
+LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "feet": 0.3048}
 MINUTES = {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
 UNITS = LENGTHS | MINUTES | dict.fromkeys(["s", "ms", "us", "ns", "rad", "deg"], 1.0)
 LETTERS = str.maketrans({'"': None, ";": ",", "µ": "u", "μ": "u", "°": "_deg"})
@@ -122,6 +121,8 @@ def _of_header(table: Table) -> list[str]:
         if {*re.findall("[a-z]+", " ".join(words))} <= UNITS.keys():
             units = words
             continue
+        if "-" not in map(_what, words[-width:]) and line.startswith(COMMENTS):
+            words = words[-width:]  # behind a word such as "Format:"
         if len(units) == len(words):
             words = [f"{word} {unit}".strip() for word, unit in zip(words, units, strict=True)]
         parts = [_what(word) for word in words]
@@ -130,24 +131,24 @@ def _of_header(table: Table) -> list[str]:
         if "x" in names and len(names) <= width:
             table.header = words
             return _unambiguous(words, names, table)
-        if "x" in names and not line.startswith(COMMENTS):
-            reason = f"its header names {len(names)} columns, its first row has {width}"
-            raise FileError(table.path, f"{reason}; {NAME_THEM}")
-        if re.search("latitude|(?<![a-z])lat(?![a-z])", line.lower()):
-            raise FileError(
-                table.path, "has latitudes; convert them to east, north, up in metres first"
-            )
-        if "rotation_matrix" in words and "translation_vector" in words:
-            raise FileError(
-                table.path,
-                "is a submission to the Image Matching Challenge, which has several scenes: write "
-                "a file 'name qw qx qy qz tx ty tz' for each scene",
-            )
+        is_comment = line.startswith(COMMENTS)
         n_coordinates = sum(part in (*POSITION, *QUATERNION) for part in parts)
-        if len(names) == width and (n_coordinates > 1 or not line.startswith(COMMENTS)):
+        if "x" in names and not is_comment:
+            counts = f"its header names {len(names)} columns, its first row has {width}"
+            reason = f"{counts}; {NAME_THEM}"
+        elif re.search("latitude|(?<![a-z])lat(?![a-z])", line.lower()):
+            reason = "has latitudes; convert them to east, north, up in metres first"
+        elif "rotation_matrix" in words and "translation_vector" in words:
+            reason = (
+                "is a submission to the Image Matching Challenge, which has several scenes: write "
+                "a file 'name qw qx qy qz tx ty tz' for each scene"
+            )
+        elif len(names) == width and (n_coordinates > 1 or not is_comment):
             planar = "; write z, too, and a heading as a quaternion" * ({"x", "y"} <= {*parts})
             reason = f"its header names no x, y, z ({line[:60]!r}); {NAME_THEM}{planar}"
-            raise FileError(table.path, reason)
+        else:
+            continue
+        raise FileError(table.path, reason)
     return []
 
 
@@ -173,7 +174,9 @@ def _owner(word: str, anyone: bool = False) -> str:
 
 def _words(header: str) -> list[str]:
     """Return the names in a header; timestampNs has two words."""
-    text = re.sub("(?<=[a-z]{2})(?=[A-Z])", "_", header.translate(LETTERS)).lower()
+    last_word = "(?<=[a-z]{2})(?=[A-Z][a-z]*(?![a-zA-Z]))"
+    text = re.sub(last_word, "_", header.translate(LETTERS)).lower()
+    text = re.sub("(?:(m)illi|(c)enti|(k)ilo)?met(?:er|re)s?", r"\1\2\3m", text)
     text = re.sub(r"\s+(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
     return [word.strip() for word in text.split("," if "," in text else None)]
 
@@ -201,7 +204,7 @@ def _unambiguous(
     if len(choices) == 1:
         return choices[0]
     what = "poses" if len(poses) > 1 else "clocks"
-    alternatives = " or ".join(f"'{' '.join(choice)}'" for choice in choices[:4])
+    alternatives = " or ".join(f"'{' '.join(choice).rstrip(' -')}'" for choice in choices[:4])
     reason = f"its header names {len(choices)} {what}; choose one by --columns {alternatives}"
     raise FileError(table.path, reason)
 
@@ -240,7 +243,8 @@ def _clocks(words: Sequence[str], names: Sequence[str]) -> list[list[int]]:
     """Return the column of each clock; a clock may have seconds and their fraction."""
     times = [index for index, name in enumerate(names) if name[0] == "t"]
     stamps = [index for index in times if "stamp" in words[index]]
-    times = stamps or times
+    named = [index for index in times if TIMES & {*re.findall("[a-z]+", words[index])}]
+    times = stamps or named or times
     if (
         len(times) == 2
         and "t_s" in (units := [names[index] for index in times])
@@ -283,7 +287,7 @@ def _what(text: str, anyone: bool = False) -> str:
             return _coordinate(axis[2], {axis[1]} - {""}, others, anyone)
     last = words[-1]
     unit = re.fullmatch("(|m|milli|u|micro|n|nano)s(ec(ond)?s?)?", last)
-    if TIMES & {*words} or (unit and len(last) > 2):  # sec, nsec
+    if TIMES & {*words} or (unit and last != "s"):  # sec, nsec
         return f"t_{unit[1].replace('micro', 'u')[:1]}s" if unit else "t"
     if last in NUMBERS:
         return "n"

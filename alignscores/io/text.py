@@ -386,8 +386,8 @@ def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> N
     block, n_columns = values[:3, :3], len(table.first)
     is_small = n_columns == 4 and block.shape == (3, 3) and (np.abs(block) < 2).all()
     if is_small and np.abs(block @ block.T - np.eye(3)).max() < MAX_DEVIATION:
-        reason = "seems to have matrices in several lines"
-        raise FileError(table.path, f"{reason}; write each in one line, of 12 or 16 numbers")
+        reason = "seems to have a matrix in several lines; write each in one, of 12 or 16 numbers"
+        raise FileError(table.path, f"{reason}, or give a folder of files with one each")
     z = column["z"][np.isfinite(column["z"])]
     jump = np.abs(np.diff(z)).max(initial=0)
     for turn in (2 * np.pi, 360) if n_columns <= 4 else ():

@@ -79,7 +79,7 @@ def test_a_header_with_two_poses_is_refused_with_the_choices(write, header):
     ) as caught:
         read_tum(path)
     choices = re.findall(r"'([^']+)'", str(caught.value))
-    assert sorted(choices) == sorted(TWO[header])
+    assert sorted(choices) == sorted(choice.rstrip(" -") for choice in TWO[header])
     for choice in choices:
         first = choice.startswith("t x")
         assert read_tum(path, columns=choice).positions == pytest.approx(POSITIONS + first)
@@ -100,7 +100,7 @@ def test_positions_and_rotations_of_two_owners_are_not_mixed(write):
     """microsoft/AirSim and others: a reference of positions next to an estimate."""
     header = "timestamp,ref_x,ref_y,ref_z,x,y,z,qx,qy,qz,qw"
     path = write(table(STAMPS, POSITIONS + 1, POSITIONS, QUATERNIONS, by=",", header=header))
-    with pytest.raises(FileError, match="'t - - - x y z qx qy qz qw' or 't x y z - - - - - - -'"):
+    with pytest.raises(FileError, match="'t - - - x y z qx qy qz qw' or 't x y z'"):
         read_tum(path)
     header = "t,est_x,est_y,est_z,gt_qx,gt_qy,gt_qz,gt_qw"
     with pytest.warns(TrajectoryWarning, match=r"read t x y z, not the other 4 of 8 columns \(in"):
@@ -215,7 +215,7 @@ def test_matrices_in_several_lines_are_named(write, rows):
     matrices = np.tile(np.eye(4), (N, 1, 1))
     matrices[:, :3] = np.concatenate([ROTATIONS.as_matrix(), POSITIONS[:, :, None]], axis=2)
     blocks = "\n".join(table(matrix[:rows]) for matrix in matrices)
-    with pytest.raises(FileError, match="seems to have matrices in several lines; write each in"):
+    with pytest.raises(FileError, match="seems to have a matrix in several lines; write each in"):
         read_tum(write(blocks))
     with pytest.raises(FileError, match="must be 0 0 0 1, unlike the last column: transpose it"):
         read_tum(write(table(matrices.transpose(0, 2, 1).reshape(N, 16))))

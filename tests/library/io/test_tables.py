@@ -114,6 +114,11 @@ READ = {
         )
     },
     "millimetres by name": made("t_s x_mm y_mm z_mm", named="t x_mm y_mm z_mm", holds="t_s x y z"),
+    "a clock before a duration": made(
+        f"t_ms - {Q}", ",", "timeMs,track_ms,x,y,z,qx,qy,qz,qw", holds=f"t_ms {Q}"
+    ),
+    "a unit for a clock": made(f"t_us {Q}", ",", "unix_us,x,y,z,qx,qy,qz,qw"),
+    "a word before the header": made(f"t_s {W}", header="# Format: time x y z qw qx qy qz"),
     "degrees are no vector": made("t_s x y z - - -", ",", "t,x[m],y[m],z[m],rx[deg],ry[°],rz_deg"),
     "frames of OKVIS": made(
         f"t_ns {Q} -",
