@@ -1,5 +1,7 @@
 """Trials as curves: a panel for each metric, noise along the x axis, a colour for each curve.
 
+Every second curve is dashed, so that neighbours differ without colour, too.
+
 The height of a grey column is the range of all trials at a noise level, the height of a bar above
 "all" the range of all trials of a colour over all noise levels: the captions of the paper compare
 these ranges. On a logarithmic axis heights are ratios, so there are no bars.

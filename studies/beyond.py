@@ -157,9 +157,9 @@ def draw(table: pd.DataFrame) -> Figure:
     both[0].set_yticks(range(len(labels)), labels)
     both[0].invert_yaxis()
     figure.supxlabel(
-        "How often two trials at neighbouring levels are in the right order, in %: the lowest value "
-        "over the numbers of outliers (left)\nor over the noise levels (right). 50 is chance. White, "
-        "below two thirds: does not order.",
+        "How often two trials at neighbouring levels are in the right order, in %: the lowest "
+        "value over\nthe numbers of outliers (left) or the noise levels (right). 50 is chance; "
+        "white, below two thirds, does not order.",
         fontsize=style.SMALL,
         color=style.FAINT,
     )
