@@ -189,8 +189,8 @@ def _corrected(
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
         found = find_conventions(matches.pose_references, estimate.poses[matches.pose_rows])
-        if found and not found[0].mistake:
-            body_rotation = found[0].body_rotation
+        frames = [convention.body_rotation for convention in found if not convention.mistake]
+        body_rotation = frames[0] if frames else None
     poses = rotate_cameras(estimate.poses, body_rotation)
     return estimate._replace(poses=poses), lever_arm, body_rotation
 

@@ -47,8 +47,9 @@ __all__ = ["Files", "Scored", "look", "rescue"]
 
 CLEAR = 0.1  # gain of a remedy
 SMALL, MIN_T = 0.01, 3.0  # or so small a one, of so many standard errors
-OUTLIER = 3.0  # median errors
+OUTLIER, ROUNDING = 3.0, 1e-12  # median errors; steps of a camera that stands still
 EQUAL = 0.02  # difference between remedies that are equally good
+FRAME_RATE = 10.0  # in Hz, of frames without stamps
 BLOCKS = 20  # stretches of time, for standard errors
 MOTION_DEG, OUTLIERS = 30.0, 0.1  # largest rotation from one frame to the next, of all but so many
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
@@ -131,6 +132,7 @@ def look(
     for find in (
         _units_of_time,
         _clocks,
+        _shifts,
         _conventions,
         _mirrored,
         _increments,
@@ -153,7 +155,7 @@ def rescue(
 ) -> str:
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, has_rotations)
-    for find in (_units_of_time, _clocks, _units_and_clocks, _increments):
+    for find in (_units_of_time, _clocks, _units_and_clocks, _shifts, _increments):
         tried = _tried(state, list(find(state, files)), attempt)
         if tried.notes:
             return str(tried.notes[0])
@@ -315,6 +317,46 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     )
 
 
+def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield the shift of frame numbers or rows, if it is certain: that of a clock at FRAME_RATE."""
+    reference, estimate = state.reference, state.estimate
+    if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "i":
+        return
+    if not state.settings.file_format.ordered or (state.scored and not _is_shifted(state.scored)):
+        return
+    clock = find_clock(
+        *(poses._replace(keys=poses.keys / FRAME_RATE) for poses in (reference, estimate))
+    )
+    shift = round(clock.seconds * FRAME_RATE) if clock and clock.certain else 0
+    if shift:
+        yield _Remedy(
+            "clock",
+            f"its frames are off by {abs(shift)}: its motions fit those of {files.reference} best "
+            f"if its frame 0 is frame {shift}",
+            "write the number of its frame before each pose",
+            reference,
+            estimate._replace(keys=estimate.keys + shift),
+        )
+
+
+def _is_shifted(scored: Scored) -> bool:
+    """Return whether cameras turn, or move, more alike if one file comes a frame later."""
+    known, sizes = finite_rows(scored.est_poses), []
+    if known.sum() < MIN_CAMERAS:
+        return False
+    for poses in (scored.gt_poses[known], scored.est_poses[known]):
+        rotations = poses[:, :3, :3]
+        angles = rotation_angles(rotations[:-1].swapaxes(1, 2) @ rotations[1:])
+        steps = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
+        sizes.append(angles if angles.any() else steps / max(np.median(steps), ROUNDING))
+    gt, est = sizes
+    now, *shifted = (
+        np.median(np.abs(first - second))
+        for first, second in ((gt, est), (gt[1:], est[:-1]), (gt[:-1], est[1:]))
+    )
+    return bool(min(shifted) < now)
+
+
 def _units_and_clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield units of time under which the offset of the clocks is certain."""
     for units in _units_of_time(state, files):
@@ -343,7 +385,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         changes = {"body_rotation": "auto"} if frame else {}
         if convention.mistake:
             yield from _of_convention(state, files, convention, frame, changes)
-        elif frame and convention is found[0]:
+        elif frame:
             option = "--body_rotation auto removes it"
             if _may_both_be_inverted(state.scored, body_rotation):
                 option += "; if both files are world-to-camera, --ref_invert --est_invert instead"
@@ -526,7 +568,7 @@ def _hardly_rotates(trajectory: Trajectory) -> bool:
     """Return whether most rotations are small, as from frame to frame, and not all the same."""
     rotations = trajectory.poses[finite_rows(trajectory.poses), :3, :3]
     traces = np.trace(rotations, axis1=1, axis2=2)
-    small = np.quantile(traces, OUTLIERS) > 1 + 2 * np.cos(np.radians(MOTION_DEG))
+    small = len(traces) and np.quantile(traces, OUTLIERS) > 1 + 2 * np.cos(np.radians(MOTION_DEG))
     return bool(small) and not _has_constant(trajectory)
 
 
