@@ -52,7 +52,8 @@ def draw_trials(trials: pd.DataFrame, metrics: Sequence[str] = (), heading: str 
 
     The first setting that varies runs along the x axis (noise before the numbers of outliers and of
     cameras), the next one has the colours, and each combination of the others has its own panels.
-    Values that are not finite are left out; the title of the panel has their number.
+    Values that are not finite are left out; the title of the panel has their number. The heading
+    stands above the key of the colours.
 
     Raises
     ------
