@@ -476,9 +476,11 @@ def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
         return len(rows) >= MIN_CAMERAS
     gt, est = scored.gt_poses[rows], scored.est_poses[rows]
     flip, step = np.diag([1.0, 1.0, -1.0, 1.0]), -(-len(rows) // (3 * BLOCKS))
-    fits = [fit_positions(gt, poses).errors for poses in (est, flip @ est)]
-    cap = OUTLIER**2 * min(np.median((errors**2).sum(axis=1)) for errors in fits)
-    squares = [((errors[step:] - errors[:-step]) ** 2).sum(axis=1) for errors in fits]
+    fits = [fit_positions(gt, poses) for poses in (est, flip @ est)]
+    if fits[1].misfit < min(MAX_MISFIT, fits[0].misfit / 3):
+        return True
+    cap = OUTLIER**2 * min(np.median((fit.errors**2).sum(axis=1)) for fit in fits)
+    squares = [((fit.errors[step:] - fit.errors[:-step]) ** 2).sum(axis=1) for fit in fits]
     gains = np.minimum(squares[0], cap) - np.minimum(squares[1], cap)
     return all(_t(gains, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
 
