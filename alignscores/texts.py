@@ -16,6 +16,7 @@ __all__ = [
     "distinct",
     "first_few",
     "groups_alike",
+    "in_markdown",
     "numbered",
     "padded",
 ]
@@ -105,6 +106,11 @@ def printable(text: str) -> str:
 def _escape(letter: str) -> str:
     byte = ord(letter) - 0xDC00  # of a byte that is not UTF-8, in os.fsdecode
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode()
+
+
+def in_markdown(text: str) -> str:
+    """Return a text that Markdown shows as it is."""
+    return re.sub(r"([\\`*\[\]<>|~&$#]|\b_|_\b)", r"\\\1", printable(text))
 
 
 def text_width(text: str) -> int:

@@ -479,7 +479,8 @@ def metric(column: str) -> Metric:
     """Return the metric of a column; an unknown one, option or value is a `ConfigError`."""
     name, options = split_options(column)
     try:
-        entry = find(name, [*METRICS.values(), *library.METRICS])
+        which = f"a sweep has {', '.join(METRICS)}, and those that `alignscores metrics` lists"
+        entry = find(name, [*METRICS.values(), *library.METRICS], which)
     except ValueError as error:
         raise ConfigError(str(error)) from None
     allowed = _model(entry.function).model_fields if METRICS.get(entry.name) is entry else {}

@@ -15,6 +15,8 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import DictConfig
 
+from alignscores.streams import discard_output
+
 from .command import INTERRUPTED, CommandError, ConfigError, run_in_one_line
 from .config import CONFIG_DIR, checked, container, hydra_errors, register_defaults
 
@@ -54,6 +56,9 @@ if __name__ == "__main__":
             main()
     except CommandError as error:
         sys.exit(f"experiments.run: {error}")
+    except BrokenPipeError:  # of Hydra's --help, by a reader such as `| head`
+        discard_output()
+        sys.exit(1)
     except OSError as error:
         sys.exit(f"experiments.run: cannot write {error.filename}: {error.strerror}")
     except KeyboardInterrupt:

@@ -45,7 +45,7 @@ class Claim:
     metric: MetricName
     versus: MetricName | None = None
     level: list[CellSetting] = field(default_factory=list)
-    take: Annotated[str, one_of(SUMMARIES)] = "smallest"
+    summary: Annotated[str, one_of(SUMMARIES)] = "smallest"
     where: Filter = field(default_factory=dict)
     before: Filter = field(default_factory=dict)
     after: Filter = field(default_factory=dict)
@@ -124,7 +124,7 @@ class Claim:
         )
         others = {len(values) for key, values in self.where.items() if key not in self.level}
         parts = [
-            self.take if self.level and others != {1} else "",  # there are many groups
+            self.summary if self.level and others != {1} else "",  # there are many groups
             f"at {_write(self.at)} of" if self.at else "",
             _write(self.where),
             f"{_write(self.before)} → {_write(self.after)}" if self.before else "",

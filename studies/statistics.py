@@ -71,23 +71,23 @@ def powers(trials: pd.DataFrame, metric: str, level: Sequence[str]) -> list[floa
     ]
 
 
-def power(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
+def power(trials: pd.DataFrame, metric: str, level: Sequence[str], summary: str) -> float:
     """Return the discerning power: a summary of `powers`."""
-    return float(SUMMARIES[take](powers(trials, metric, level)))
+    return float(SUMMARIES[summary](powers(trials, metric, level)))
 
 
-def joint_power(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
+def joint_power(trials: pd.DataFrame, metric: str, level: Sequence[str], summary: str) -> float:
     """Return the power with each level on its own, the smallest of them."""
-    return min(power(trials, metric, [name], take) for name in level)
+    return min(power(trials, metric, [name], summary) for name in level)
 
 
-def improvement(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
+def improvement(trials: pd.DataFrame, metric: str, level: Sequence[str], summary: str) -> float:
     """Negate `power`: positive where the metric looks better as a level rises."""
-    return float(SUMMARIES[take]([-tau for tau in powers(trials, metric, level)]))
+    return float(SUMMARIES[summary]([-tau for tau in powers(trials, metric, level)]))
 
 
 def dependence(
-    trials: pd.DataFrame, metric: str, level: Sequence[str], take: str, at: Where | None = None
+    trials: pd.DataFrame, metric: str, level: Sequence[str], summary: str, at: Where | None = None
 ) -> float:
     """How far the mean of a metric moves over a level, in per cent of the range of all means.
 
@@ -95,7 +95,7 @@ def dependence(
     """
     means = cell_means(trials)
     moves = [_range(group[metric]) for _, group in _groups(select(means, at or {}), level)]
-    return _percentage(SUMMARIES[take](moves), _range(means[metric]))
+    return _percentage(SUMMARIES[summary](moves), _range(means[metric]))
 
 
 def relative_dependence(
@@ -103,30 +103,30 @@ def relative_dependence(
     metric: str,
     versus: str,
     level: Sequence[str],
-    take: str,
+    summary: str,
     at: Where | None = None,
 ) -> float:
     """Dependence of a metric in per cent of another's."""
-    return _percentage(*(dependence(trials, name, level, take, at) for name in (metric, versus)))
+    return _percentage(*(dependence(trials, name, level, summary, at) for name in (metric, versus)))
 
 
 def relative_dependence_change(
-    trials: pd.DataFrame, metric: str, versus: str, level: Sequence[str], take: str, at: Where
+    trials: pd.DataFrame, metric: str, versus: str, level: Sequence[str], summary: str, at: Where
 ) -> float:
     """Relative dependence in the cells `at` minus that in all cells."""
     here, anywhere = (
-        relative_dependence(trials, metric, versus, level, take, where) for where in (at, {})
+        relative_dependence(trials, metric, versus, level, summary, where) for where in (at, {})
     )
     return here - anywhere
 
 
-def mean_change(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
+def mean_change(trials: pd.DataFrame, metric: str, level: Sequence[str], summary: str) -> float:
     """Change of the mean from the first to the last level, in per cent of the first."""
     changes = []
     for name, group in _groups(cell_means(trials), level):
         first, *_, last = group.sort_values(name)[metric]
         changes.append(_percentage(last - first, first))
-    return float(SUMMARIES[take](changes))
+    return float(SUMMARIES[summary](changes))
 
 
 def order_percentages(trials: pd.DataFrame, metric: str, level: Sequence[str]) -> list[float]:
@@ -134,39 +134,43 @@ def order_percentages(trials: pd.DataFrame, metric: str, level: Sequence[str]) -
     return [100 * order for name in level for order in orders(trials, metric, name)]
 
 
-def mean_order(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
+def mean_order(trials: pd.DataFrame, metric: str, level: Sequence[str], summary: str) -> float:
     """Return the probability of the right order, in per cent."""
-    return float(SUMMARIES[take](order_percentages(trials, metric, level)))
+    return float(SUMMARIES[summary](order_percentages(trials, metric, level)))
 
 
 def order_change_size(
     trials: pd.DataFrame,
     metric: str,
     level: Sequence[str],
-    take: str,
+    summary: str,
     before: Where,
     after: Where,
 ) -> float:
     """Change, up or down, of the probability of the right order from some cells to others."""
     shares = (order_percentages(select(trials, where), metric, level) for where in (after, before))
-    at_after, at_before = map(SUMMARIES[take], shares)
+    at_after, at_before = map(SUMMARIES[summary], shares)
     return float(abs(at_after - at_before))
 
 
-def initial_response(trials: pd.DataFrame, metric: str, level: Sequence[str], take: str) -> float:
+def initial_response(
+    trials: pd.DataFrame, metric: str, level: Sequence[str], summary: str
+) -> float:
     """Share of the mean's change, first to last level, that happens up to the second; per cent."""
     steps = []
     for name, group in _groups(cell_means(trials), level):
         first, second, *_, last = group.sort_values(name)[metric]
         steps.append(_percentage(second - first, last - first))
-    return float(SUMMARIES[take](steps))
+    return float(SUMMARIES[summary](steps))
 
 
 def relative_initial_response(
-    trials: pd.DataFrame, metric: str, versus: str, level: Sequence[str], take: str
+    trials: pd.DataFrame, metric: str, versus: str, level: Sequence[str], summary: str
 ) -> float:
     """Return the initial response of a metric in per cent of another's."""
-    return _percentage(*(initial_response(trials, name, level, take) for name in (metric, versus)))
+    return _percentage(
+        *(initial_response(trials, name, level, summary) for name in (metric, versus))
+    )
 
 
 def _percentage(part: float, whole: float) -> float:

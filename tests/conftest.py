@@ -301,11 +301,17 @@ def tum(tmp_path):
     return tum
 
 
+@pytest.fixture(scope="session")
+def scored(tmp_path_factory):
+    """A folder of results: many tests compare the same runs."""
+    return tmp_path_factory.mktemp("scored")
+
+
 @pytest.fixture
-def run_compare(tmp_path, command, monkeypatch):
+def run_compare(tmp_path, command, monkeypatch, scored):
     """(arguments) -> as `command`, of ``compare``, in a new folder."""
     monkeypatch.chdir(tmp_path)
-    return partial(command, "compare")
+    return partial(command, "compare", "--cache", scored)
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ A style says how a text is escaped and how the best one is shown in bold; pandas
 """
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -16,7 +15,7 @@ import pandas as pd
 from ..evaluation.settings import Settings
 from ..extras import require
 from ..metrics import header
-from ..texts import text_table
+from ..texts import in_markdown, text_table
 from .comparison import Comparison
 from .statistics import LEVEL
 from .summary import (
@@ -30,7 +29,7 @@ from .summary import (
 from .verdict import p_text
 
 __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "legend"]
-__all__ += ["HTML", "MARKDOWN", "TEXT", "markdown", "notes_of", "number", "overall"]
+__all__ += ["HTML", "MARKDOWN", "TEXT", "notes_of", "number", "overall"]
 __all__ += ["differences_of", "problems_of", "wins_text"]
 
 METRICS = "TAS", "RAS", "PAS", "half_distance", "half_angle"
@@ -42,11 +41,6 @@ class TableStyle:
 
     escape: Callable[[str], str]
     bold: Callable[[str], str]
-
-
-def markdown(text: str) -> str:
-    """Return a text that Markdown shows as it is."""
-    return re.sub(r"([\\`*\[\]<>|~&]|\b_|_\b)", r"\\\1", text)
 
 
 def latex(text: str) -> str:
@@ -75,7 +69,7 @@ LATEX_LEGEND = {
     FAILED: rf"{FAILED}\,mean without the failed runs",
 }
 TEXT = TableStyle(str, str)
-MARKDOWN = TableStyle(markdown, lambda text: f"**{text}**")
+MARKDOWN = TableStyle(in_markdown, lambda text: f"**{text}**")
 HTML = TableStyle(escape, lambda text: f"<b>{text}</b>")
 
 
@@ -278,7 +272,7 @@ def legend(comparison: Comparison, style: TableStyle = TEXT) -> list[str]:
     lines = [f"means over runs, then {_sequences(comparison)}; a failed run has the worst value"]
     if comparison.settings is not None:
         lines[0] += f"; {comparison.settings.how_aligned}"
-    marks = [] if style is TEXT else [BOLD]
+    marks = [BOLD] if style is not TEXT and _is_any_best(comparison) else []
     ranks = comparison.summary[["rank_best", "rank_worst"]].dropna()
     if (ranks["rank_best"] != ranks["rank_worst"]).any():
         marks.append(
@@ -287,6 +281,20 @@ def legend(comparison: Comparison, style: TableStyle = TEXT) -> list[str]:
     if (comparison.distinct["status"] != "scored").any():
         marks.append("†1: one failed or missing run; errors are means over the other runs")
     return lines + (["; ".join(marks)] if marks else [])
+
+
+def _is_any_best(comparison: Comparison) -> bool:
+    """Return whether `overall` or `by_sequence` have a best mean."""
+    by, larger, on_sequences = (
+        comparison.by,
+        comparison.larger,
+        comparison.summary.dropna(subset="sequence"),
+    )
+    means = [
+        (comparison.overall[name], _larger(comparison, name)) for name in _metric_names(comparison)
+    ]
+    means += [(group[by], larger) for _, group in on_sequences.groupby("sequence")]
+    return any(best_means(*arguments).any() for arguments in means)
 
 
 def conditions(settings: Settings | None) -> list[str]:

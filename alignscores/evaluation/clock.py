@@ -15,6 +15,7 @@ nearly as strong, and its standard error is small.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -167,12 +168,16 @@ class _Path:
 
         Otherwise offsets between two stamps would fit better, since interpolation averages noise.
         """
-        half = np.median(np.diff(self.stamps)) / 2
-        parts = [self.at(times + shift) for shift in (-half, 0.0, half)]
-        points = np.sum([points for points, _ in parts], axis=0) / 3
+        parts, known = self.at(np.stack([times - self.half, times, times + self.half]))
+        points = parts.sum(axis=0) / 3
         if self.rotations:
             points /= np.linalg.norm(points, axis=-1, keepdims=True)
-        return points, parts[1][1]
+        return points, known[1]
+
+    @cached_property
+    def half(self) -> float:
+        """Half of the usual time between two points."""
+        return float(np.median(np.diff(self.stamps))) / 2
 
     def sizes(self, first: Floats, second: Floats) -> Floats:
         """Return the angles between points in radians, or the logarithms of their distances."""
@@ -304,11 +309,11 @@ class _Comparison:
 
     def true(self, offset: float) -> tuple[Floats, Booleans]:
         """Return the motions of the reference at an offset, and which of them are known."""
-        first, first_known = self.ref.smoothed(self.motions.starts + offset)
-        second, second_known = self.ref.smoothed(self.motions.ends + offset)
-        return self.of_ref(first, second), first_known & second_known
+        times = np.stack([self.motions.starts, self.motions.ends]) + offset
+        (first, second), known = self.ref.smoothed(times)
+        return self.of_ref(first, second), known[0] & known[1]
 
-    @property
+    @cached_property
     def moves(self) -> Floats:
         """The motions of the estimate."""
         return self.of_est(self.motions.first, self.motions.second)

@@ -71,6 +71,7 @@ def in_memory(value: Any, whose: str, times: Any = None) -> Any:
             )
     else:
         poses = real_array(value, whose)
+        poses = poses[0] if poses.ndim == 4 and len(poses) == 1 else poses  # a batch of one
         rows = np.arange(len(poses))
         stamps = None if times is None else in_seconds(real_array(times, "times"), "times")
         value = Trajectory(rows if stamps is None else stamps, poses)
@@ -110,9 +111,7 @@ def _columns_named_for(side: str) -> Iterator[None]:
     try:
         yield
     except FileError as error:
-        option = f"--{side}_columns"
-        reason = error.reason.replace("--ref_columns or --est_columns", option)
-        reason = reason.replace("--columns", option)
+        reason = error.reason.replace("--columns", f"--{side}_columns")
         raise FileError(error.path, reason, place=error.place) from None
 
 
@@ -265,8 +264,8 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
     if poses.shape not in ((n, 4, 4), (n, 3, 4)):
         positions = "; for positions only call tas" if poses.shape == (n, 3) else ""
         raise ValueError(
-            f"the poses of the {whose} must have shape ({n}, 4, 4) or ({n}, 3, 4), one matrix a "
-            f"key, not {poses.shape}{positions}"
+            f"the poses of the {whose} must have shape ({n}, 4, 4) or ({n}, 3, 4), not "
+            f"{poses.shape}{positions}"
         )
     if keys.dtype.kind == "f":
         keys = keys.astype(np.float64)

@@ -36,7 +36,8 @@ def read_arrays(path: FilePath) -> Trajectory:
     ----------
     path : path
         A file ``.npy`` with the matrices; or one ``.npz`` with them and, as the only array of n
-        numbers, their time stamps in seconds, whatever the names. Else as in `read_tum`.
+        numbers, their time stamps in seconds, whatever the names. A first axis of length 1 more
+        is left out. Else as in `read_tum`.
 
     Returns
     -------
@@ -102,7 +103,7 @@ class Stored:
             raise FileError(self.path, f"the array {self.name} takes {size}")
         try:
             with self.open() as file:
-                return np.asarray(np.lib.format.read_array(file, allow_pickle=False))
+                return np.lib.format.read_array(file, allow_pickle=False).reshape(self.shape)
         except MemoryError:
             raise
         except Exception:  # as below
@@ -120,6 +121,8 @@ def _arrays(path: FilePath, content: bytes) -> dict[str, Stored]:
                 shape, _, dtype = read_header(file)
                 if dtype.hasobject or math.prod(shape) * dtype.itemsize > size - file.tell():
                     raise ValueError
+                if len(shape) in (2, 4) and shape[0] == 1:  # a batch of one
+                    shape = shape[1:]
             if dtype.kind in "fiu":
                 arrays[name] = Stored(path, name, shape, opened)
     except MemoryError:

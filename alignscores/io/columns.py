@@ -11,12 +11,14 @@ x, y, z or w, or ends in one, makes it a coordinate.
   ``r33``.
 - Another quantity: with one of `OTHERS`, as in ``v_x`` or ``pos_std_x``.
 - Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``. If a column is called a stamp, no
-  other is a time. Seconds and a column with their fraction are added.
+  other is a time; nor is a mere unit, if one is called a time. Seconds and a fraction are added.
 - Number of the frame: one of `NUMBERS`. Name of the image: one of `NAMES`.
 
 One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
 header with two positions, rotations or clocks is refused with the choices; so is one whose
 positions have other words, as in ``vicon_x`` and ``slam_x``.
+
+A unit among the words, as in ``x [mm]``, or in a line below the names, is one of `UNITS`.
 """
 
 import re
@@ -28,7 +30,15 @@ from ..files import FileError, is_number, to_number
 from .tables import COMMENTS, Table
 from .trajectory import MAX_DEVIATION
 
-__all__ = ["FOUR_ROWS", "POSITION", "QUATERNION", "VECTOR", "name_columns", "parse_columns"]
+__all__ = [
+    "FOUR_ROWS",
+    "POSITION",
+    "QUATERNION",
+    "UNITS",
+    "VECTOR",
+    "name_columns",
+    "parse_columns",
+]
 
 POSITION = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")
@@ -58,8 +68,9 @@ Groups = dict[tuple[str, ...], list[tuple[str, list[int]]]]  # owner and columns
 
 # Words in headers.
 TIMES = {"t", "ts", "time", "times", "stamp", "timestamp", "timestamps"}
+TIMES |= {"elapsed", "epoch", "utime", "gpstime", "rostime"}
 NUMBERS = {"n", "num", "number", "id", "idx", "index", "frame", "seq"}
-NAMES = {"name", "image", "img", "filename", "imagename", "file"}
+NAMES = {"name", "image", "img", "filename", "imagename", "file", "path", "label", "photo"}
 OWNERS = {"gt", "groundtruth", "ground", "truth", "true", "ref", "reference"}
 OWNERS |= {"est", "estimate", "estimated", "pred", "predicted"}
 POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation"}
@@ -68,6 +79,13 @@ VECTORS = {"rvec", "rotvec", "rodrigues"}
 OTHERS = {"v", "vel", "velocity", "speed", "acc", "accel", "acceleration", "gyro", "angular", "w"}
 OTHERS |= {"a", "b", "linear", "twist", "omega", "bias", "force", "gravity", "euler"}
 OTHERS |= {"cov", "covariance", "std", "sigma", "var", "variance", "err", "error", "errors"}
+OTHERS |= {"deg", "degrees"}
+
+# Units of positions in metres, of times in seconds, and those without a factor.
+LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "feet": 0.3048}
+MINUTES = {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
+UNITS = LENGTHS | MINUTES | dict.fromkeys(["s", "ms", "us", "ns", "rad", "deg"], 1.0)
+LETTERS = str.maketrans({'"': None, ";": ",", "µ": "u", "μ": "u", "°": "_deg"})
 
 
 def name_columns(table: Table, columns: str | None = None) -> list[str]:
@@ -78,6 +96,8 @@ def name_columns(table: Table, columns: str | None = None) -> list[str]:
         unknown = f"whose meaning is unknown; {NAME_THEM}"
         reason = f"not the {len(names)} of {columns!r}" if columns else unknown
         raise table.source.error(0, f"has {width} column{'s' * (width != 1)}, {reason}")
+    words = columns.lower().replace(",", " ").split() if columns else table.header
+    table.units = list(map(_unit, words, names))
     return names + ["-"] * (width - len(names))
 
 
@@ -95,30 +115,40 @@ def parse_columns(text: str) -> list[str]:
 
 def _of_header(table: Table) -> list[str]:
     """Return the columns that a line above the rows names; none if no line does."""
-    width = len(table.first)
+    width, units = len(table.first), [""]
     for line in reversed(table.above):
         words = _words(line)
-        names = _complete([_what(word) for word in words])
+        if {*re.findall("[a-z]+", " ".join(words))} <= UNITS.keys():
+            units = words
+            continue
+        if "-" not in map(_what, words[-width:]) and line.startswith(COMMENTS):
+            words = words[-width:]  # behind a word such as "Format:"
+        if len(units) == len(words):
+            words = [f"{word} {unit}".strip() for word, unit in zip(words, units, strict=True)]
+        parts = [_what(word) for word in words]
+        names = _complete(parts)
         _check_owners(words, names, table)
         if "x" in names and len(names) <= width:
             table.header = words
             return _unambiguous(words, names, table)
-        if "x" in names and not line.startswith(COMMENTS):
-            reason = f"its header names {len(names)} columns, its first row has {width}"
-            raise FileError(table.path, f"{reason}; {NAME_THEM}")
-        if re.search("latitude|(?<![a-z])lat(?![a-z])", line.lower()):
-            raise FileError(
-                table.path, "has latitudes; convert them to east, north, up in metres first"
-            )
-        if "rotation_matrix" in words and "translation_vector" in words:
-            raise FileError(
-                table.path,
+        is_comment = line.startswith(COMMENTS)
+        n_coordinates = sum(part in (*POSITION, *QUATERNION) for part in parts)
+        if "x" in names and not is_comment:
+            counts = f"its header names {len(names)} columns, its first row has {width}"
+            reason = f"{counts}; {NAME_THEM}"
+        elif re.search("latitude|(?<![a-z])lat(?![a-z])", line.lower()):
+            reason = "has latitudes; convert them to east, north, up in metres first"
+        elif "rotation_matrix" in words and "translation_vector" in words:
+            reason = (
                 "is a submission to the Image Matching Challenge, which has several scenes: write "
-                "a file 'name qw qx qy qz tx ty tz' for each scene",
+                "a file 'name qw qx qy qz tx ty tz' for each scene"
             )
-        if len(names) == width and not line.startswith(COMMENTS):
-            reason = f"its header names no x, y, z ({line[:60]!r}); {NAME_THEM}"
-            raise FileError(table.path, reason)
+        elif len(names) == width and (n_coordinates > 1 or not is_comment):
+            planar = "; write z, too, and a heading as a quaternion" * ({"x", "y"} <= {*parts})
+            reason = f"its header names no x, y, z ({line[:60]!r}); {NAME_THEM}{planar}"
+        else:
+            continue
+        raise FileError(table.path, reason)
     return []
 
 
@@ -137,15 +167,24 @@ def _check_owners(words: Sequence[str], names: Sequence[str], table: Table) -> N
 def _owner(word: str, anyone: bool = False) -> str:
     """Return the words of a name that say whose column it is."""
     words = re.findall("[a-z]+", word)
-    known = {*"wxyz", *POSITIONS, *ORIENTATIONS, *VECTORS, "m", "meters", "metres"}
+    known = {*"wxyz", *POSITIONS, *ORIENTATIONS, *VECTORS, *UNITS}
     known |= {f"{part}{axis}" for part in (*POSITIONS, *ORIENTATIONS, "r") for axis in "wxyz"}
     return " ".join(sorted({*words} - known if anyone else OWNERS & {*words}))
 
 
 def _words(header: str) -> list[str]:
-    """Return the names in a header."""
-    text = re.sub(r"\s+(?=[\[(])", "", header.replace('"', "").lower().lstrip("#%/ \t"))  # x [m]
-    return text.replace(";", ",").split("," if "," in text or ";" in text else None)
+    """Return the names in a header; timestampNs has two words."""
+    last_word = "(?<=[a-z]{2})(?=[A-Z][a-z]*(?![a-zA-Z]))"
+    text = re.sub(last_word, "_", header.translate(LETTERS)).lower()
+    text = re.sub("(?:(m)illi|(c)enti|(k)ilo)?met(?:er|re)s?", r"\1\2\3m", text)
+    text = re.sub(r"\s+(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
+    return [word.strip() for word in text.split("," if "," in text else None)]
+
+
+def _unit(word: str, name: str) -> str:
+    """Return the unit of a position or a time if the header has another than metres or seconds."""
+    units = LENGTHS if name in POSITION else MINUTES if name[0] == "t" else {}
+    return next((unit for unit in re.findall("[a-z]+", word) if units.get(unit, 1) != 1), "")
 
 
 def _unambiguous(
@@ -165,9 +204,9 @@ def _unambiguous(
     if len(choices) == 1:
         return choices[0]
     what = "poses" if len(poses) > 1 else "clocks"
-    alternatives = " or ".join(f"'{' '.join(choice)}'" for choice in choices[:4])
-    reason = f"its header names {len(choices)} {what}; choose one by --ref_columns or --est_columns"
-    raise FileError(table.path, f"{reason} {alternatives}")
+    alternatives = " or ".join(f"'{' '.join(choice).rstrip(' -')}'" for choice in choices[:4])
+    reason = f"its header names {len(choices)} {what}; choose one by --columns {alternatives}"
+    raise FileError(table.path, reason)
 
 
 def _poses(words: Sequence[str], names: Sequence[str], anyone: bool) -> list[list[int]]:
@@ -204,7 +243,8 @@ def _clocks(words: Sequence[str], names: Sequence[str]) -> list[list[int]]:
     """Return the column of each clock; a clock may have seconds and their fraction."""
     times = [index for index, name in enumerate(names) if name[0] == "t"]
     stamps = [index for index in times if "stamp" in words[index]]
-    times = stamps or times
+    named = [index for index in times if TIMES & {*re.findall("[a-z]+", words[index])}]
+    times = stamps or named or times
     if (
         len(times) == 2
         and "t_s" in (units := [names[index] for index in times])
@@ -234,17 +274,20 @@ def _by_width(table: Table) -> list[str]:
 def _what(text: str, anyone: bool = False) -> str:
     """Return what a column with this name holds, whose owner may be anyone."""
     words = re.findall(r"[a-z]+\d*", text.lower())
-    if len(words) > 1 and words[-1] in ("m", "meters", "metres"):
+    if len(words) > 1 and words[-1] in LENGTHS:
         words.pop()
     if not words:
         return "-"
     for word in reversed(words):
         axis = re.fullmatch("([a-z]*)([wxyz])", word)
         if axis and axis[1] in {"", "r", *POSITIONS, *ORIENTATIONS, *VECTORS, *OWNERS}:
-            return _coordinate(axis[2], {axis[1]} - {""}, {*words} - {word}, anyone)
+            others = {*words} - {word}
+            if words[0] in POSITIONS | ORIENTATIONS:  # p_WS_W_x is a position in W, no rate
+                others -= {*"abvw"}
+            return _coordinate(axis[2], {axis[1]} - {""}, others, anyone)
     last = words[-1]
     unit = re.fullmatch("(|m|milli|u|micro|n|nano)s(ec(ond)?s?)?", last)
-    if TIMES & {*words} or (unit and len(last) > 2):  # sec, nsec
+    if TIMES & {*words} or (unit and last != "s"):  # sec, nsec
         return f"t_{unit[1].replace('micro', 'u')[:1]}s" if unit else "t"
     if last in NUMBERS:
         return "n"

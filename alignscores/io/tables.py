@@ -34,6 +34,7 @@ class Table:
     separator: str | None  # ",", ";" with decimal commas, or None for blanks
     n_after_name: int = 0  # numbers in a row that begins with a name, which may hold blanks
     header: list[str] = field(default_factory=list)  # names of the columns, if a line names them
+    units: list[str] = field(default_factory=list)  # of the columns; empty if usual
     lines: Sequence[int] | None = None  # of the rows, once they have been read line by line
 
     @property

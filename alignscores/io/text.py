@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats
 from ..files import FileError, FilePath, Source
-from .columns import FOUR_ROWS, POSITION, QUATERNION, VECTOR, name_columns
+from .columns import FOUR_ROWS, POSITION, QUATERNION, UNITS, VECTOR, name_columns
 from .tables import Table, open_table
 from .trajectory import (
+    MAX_DEVIATION,
     TIME_UNITS,
     Trajectory,
     check_stamps,
@@ -194,6 +195,7 @@ def read_names(path: FilePath, *, columns: str | None = None) -> Trajectory:
         raise FileError(path, "has no column of image names; --columns names it, 'name ...'")
     used = [name for name in names if name not in ("-", "name")]
     texts, values = table.names_and_numbers(names.index("name"), list(map(names.index, used)))
+    values = _converted(values, used, names, table)
     order = sorted(range(len(texts)), key=texts.__getitem__)
     trajectory = checked(np.array(texts), _poses(values, used, table.source), table.source)
     return Trajectory(trajectory.keys[order], trajectory.poses[order])
@@ -316,7 +318,7 @@ def format_of_table(path: FilePath, columns: str | None = None) -> str:
     table = open_table(path)
     names = name_columns(table, columns)
     if "name" in names and not any(name[0] == "t" or name == "n" for name in names):
-        is_hloc = names[:2] == ["name", "qw"] and not columns and not table.above
+        is_hloc = names[:2] == ["name", "qw"] and not columns and not table.header
         return "hloc" if is_hloc else "names"
     if "r11" in names and not any(name[0] in "nt" for name in names):
         return "kitti"
@@ -348,24 +350,52 @@ def _read_table(path: FilePath, columns: str | None, usual: str = "s") -> Trajec
     names = name_columns(table, columns)
     used = [name for name in names if name not in ("-", "name")]
     values = table.numbers([names.index(name) for name in used])
+    values = _converted(values, used, names, table)
     column = dict(zip(used, values.T, strict=True))
     if len(used) < len(names) and usual == "s":
         headers = [table.header[names.index(name)] for name in used] if table.header else []
         by_header = f" (in the header: {' '.join(headers)[:200]})" if headers else ""
         others = f"not the other {len(names) - len(used)} of {len(names)} columns"
         warn(path, f"read {' '.join(used)}, {others}{by_header}")
+    if "rx" in column and not columns:
+        warn(path, "read rx ry rz as a rotation vector in radians; Euler angles are not read")
     if not columns and not table.header:
-        _refuse_degrees(column, table)
+        _refuse_others(values, column, table)
     keys = _keys(column, table.source, usual)
     return checked(keys, _poses(values, used, table.source), table.source)
 
 
-def _refuse_degrees(column: dict[str, Floats], table: Table) -> None:
-    """Raise an error where x and y look like degrees of latitude and longitude, and z like metres.
+def _converted(values: Floats, used: list[str], names: list[str], table: Table) -> Floats:
+    """Return numbers in metres and seconds, where the names of the columns have other units."""
+    units = [table.units[names.index(name)] for name in used] if table.units else []
+    if not any(units):
+        return values
+    warn(table.path, f"converted from {', '.join(sorted({*units} - {''}))}, as its columns say")
+    return values * [UNITS.get(unit, 1.0) for unit in units]
 
-    In degrees, a path of some kilometres is small against its distance from the origin, and the
-    height has another scale. Less than 5 degrees from the origin there is only sea.
+
+def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> None:
+    """Raise an error where columns that nothing names seem to hold no positions.
+
+    The first three lines of four numbers have a rotation: they are a matrix. A heading jumps by a
+    full turn in its range. In degrees or radians of latitude and longitude, a path of some
+    kilometres is small against its distance from the origin, and the height has another scale; less
+    than 5 degrees from the origin there is only sea. Positions that hardly change could be radians,
+    but for a height that does.
     """
+    block, n_columns = values[:3, :3], len(table.first)
+    is_small = n_columns == 4 and block.shape == (3, 3) and (np.abs(block) < 2).all()
+    if is_small and np.abs(block @ block.T - np.eye(3)).max() < MAX_DEVIATION:
+        reason = "seems to have a matrix in several lines; write each in one, of 12 or 16 numbers"
+        raise FileError(table.path, f"{reason}, or give a folder of files with one each")
+    z = column["z"][np.isfinite(column["z"])]
+    jump = np.abs(np.diff(z)).max(initial=0)
+    for turn in (2 * np.pi, 360) if n_columns <= 4 else ():
+        in_range = any((np.abs(z - middle) < 0.501 * turn).all() for middle in (0, turn / 2))
+        if in_range and jump > 0.95 * turn:
+            reason = f"z jumps by {jump:.4g} within {z.min():.4g} to {z.max():.4g}, as a heading"
+            remedy = "write a heading as a quaternion; if it is a height, --columns names it"
+            raise FileError(table.path, f"{reason} does; {remedy}")
     rows = slice(None, None, max(1, len(column["x"]) // 1000))
     positions = np.column_stack([column[name][rows] for name in POSITION])
     positions = positions[np.isfinite(positions).all(axis=1)]
@@ -375,7 +405,9 @@ def _refuse_degrees(column: dict[str, Floats], table: Table) -> None:
     extent = np.ptp(positions, axis=0)
     wide, height = extent[:2].max(), extent[2]
     in_degrees = middle[:2].min() <= 90 and 5 < middle[:2].max() <= 180
-    if in_degrees and 0 < wide < middle[:2].max() / 200 and not wide / 10 < height < wide * 10:
+    in_radians = middle[:2].min() <= np.pi / 2 and np.radians(5) < middle[:2].max() <= np.pi
+    is_other = height >= wide * 10 or (in_degrees and height <= wide / 10)
+    if (in_degrees or in_radians) and 0 < wide < middle[:2].max() / 200 and is_other:
         x, y = np.median(positions[:, :2], axis=0)
         raise FileError(
             table.path,
@@ -414,12 +446,9 @@ def _keys(column: dict[str, Floats], source: Source, usual: str) -> NDArray[Any]
 def _poses(values: Floats, names: list[str], source: Source) -> Floats:
     positions = _part(values, names, POSITION)
     if "qw" in names:
-        quaternions = _part(values, names, QUATERNION)
-        poses = poses_from_quaternions(positions, quaternions, source)
-        return poses
+        return poses_from_quaternions(positions, _part(values, names, QUATERNION), source)
     if "rx" in names:
-        vectors = _part(values, names, VECTOR)
-        return poses_from_vectors(positions, vectors, source)
+        return poses_from_vectors(positions, _part(values, names, VECTOR), source)
     if "r11" not in names:
         return poses_from_positions(positions)
     matrices = _part(values, names, [name for name in FOUR_ROWS.split() if name in names])

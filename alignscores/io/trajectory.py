@@ -213,7 +213,9 @@ def poses_from_vectors(positions: Floats, vectors: Floats, source: Source) -> Fl
     far = np.isfinite(angles) & (angles > 2 * np.pi + MAX_DEVIATION)
     if far.any():
         row = int(np.argmax(far))
-        reason = f"a rotation vector of length {angles[row]:.3g} is not in radians"
+        reason = (
+            f"a rotation vector of length {angles[row]:.3g} is not in radians, or has Euler angles"
+        )
         raise source.error(row, reason)
     half = angles / 2
     factors = 0.5 * np.sinc(half / np.pi)
@@ -226,7 +228,8 @@ def poses_from_vectors(positions: Floats, vectors: Floats, source: Source) -> Fl
 def poses_from_matrices(matrices: Floats, source: Source) -> Floats:
     """Return poses (n, 4, 4) of matrices (n, 3 or 4, 4), with the rotations nearest to theirs."""
     wrong = (matrices[:, 3:] != [0, 0, 0, 1]).any(axis=(1, 2)) & finite_rows(matrices)
-    source.refuse(wrong, "the last row of the matrix must be 0 0 0 1")
+    by_columns = ", unlike the last column: transpose it" * (not matrices[:, :3, 3].any())
+    source.refuse(wrong, f"the last row of the matrix must be 0 0 0 1{by_columns}")
     poses = poses_from_positions(matrices[:, :3, 3])
     deviation = np.empty(len(poses))
     for rows in _blocks(len(poses)):

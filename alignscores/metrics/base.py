@@ -13,6 +13,7 @@ import numpy as np
 __all__ = ["UNITS", "Metric", "Need", "angle", "find", "length", "split_names", "whole"]
 
 UNITS = {"mm": 1000, "cm": 100, "m": 1}  # in a metre, which is a unit of the ground truth
+LISTED = "`alignscores metrics` lists all"
 NUMBER = r"\d+(?:\.\d+)?|\.\d+"
 
 Need = Literal["rotations", "order", "metres", "evo"]
@@ -116,8 +117,11 @@ class Metric:
         return self.name + "".join(f"[:{word}]" for word in optional)
 
 
-def find(name: str, metrics: Sequence[Metric]) -> Metric:
-    """Return the metric of a name, whatever its case and underscores; `ValueError` without one."""
+def find(name: str, metrics: Sequence[Metric], which: str = LISTED) -> Metric:
+    """Return the metric of a name, whatever its case and underscores; `ValueError` without one.
+
+    The message has close names, or else which metrics there are.
+    """
     wanted = name.strip().lower()
     for entry in metrics:
         arguments = _arguments(entry, wanted)
@@ -130,9 +134,7 @@ def find(name: str, metrics: Sequence[Metric]) -> Metric:
     lower = {example.lower(): example for example in same or examples}
     close = get_close_matches(wanted, lower, n=3, cutoff=0 if same else 0.6)
     suggestion = f"close to it are {', '.join(lower[key] for key in close)}"
-    raise ValueError(
-        f"unknown metric {name!r}; {suggestion if close else '`alignscores metrics` lists all'}"
-    )
+    raise ValueError(f"unknown metric {name!r}; {suggestion if close else which}")
 
 
 def _split(name: str) -> tuple[str, str, list[str]]:

@@ -42,6 +42,9 @@ def video_error(
     -------
     float
         The sum; it grows with the number of frames.
+
+    Raises
+    ------
     NoValueError
         If a frame has no estimate.
 

@@ -60,6 +60,9 @@ def evo_ate(
     -------
     float
         In ground-truth units; "sse" in their square.
+
+    Raises
+    ------
     NoValueError
         If evo does not align, as for collinear or coinciding cameras, or nothing was estimated.
     ModuleNotFoundError
@@ -168,6 +171,9 @@ def evo_rpe(
     -------
     float
         In ground-truth units, or degrees.
+
+    Raises
+    ------
     NoValueError
         If no pair has that distance, or evo does not align.
     ModuleNotFoundError

@@ -48,6 +48,9 @@ def hloc_recall(
     -------
     float
         Percent, of all images.
+
+    Raises
+    ------
     NoValueError
         If no least-squares similarity is unique: the centres lie on a line or in a point.
 

@@ -40,6 +40,9 @@ def kitti_relative_error(
     -------
     float
         Percent, or degrees per metre.
+
+    Raises
+    ------
     NoValueError
         If a frame has no estimate, or the path is not longer than 100 m: the program crashes,
         or writes nothing.

@@ -57,6 +57,9 @@ def rpg_relative_error(
     -------
     float
         Percent, or degrees per ground-truth unit.
+
+    Raises
+    ------
     NoValueError
         If no two frame pairs are at that distance (the program's statistics are 0 there), or
         the estimated centres coincide.

@@ -41,6 +41,9 @@ def pair_auc(
     -------
     (len(thresholds),) ndarray
         Percent.
+
+    Raises
+    ------
     NoValueError
         If there is no pair.
 

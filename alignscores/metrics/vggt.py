@@ -118,6 +118,9 @@ def vggt_auc(
     -------
     float
         Percent.
+
+    Raises
+    ------
     NoValueError
         If there is no pair.
 

@@ -262,9 +262,8 @@ def _errors(comparison: Comparison) -> go.Figure:
     figure.update_xaxes(hoverformat=".1f", ticksuffix=" s" if timed else "")
     title = "time" if timed else "frame" if settings.file_format.ordered else "image"
     figure.update_xaxes(title_text=title, row=len(sequences), col=1)
-    layout = {**LAYOUT, "margin": {**LAYOUT["margin"], "t": 90}}
-    layout |= {"height": 110 + height * len(sequences), "hovermode": "x unified"}
-    return figure.update_layout(**layout)
+    height = 140 + height * len(sequences)
+    return figure.update_layout(**LAYOUT, height=height, hovermode="x unified")
 
 
 def _medians(runs: Mapping[str, Sequence[Errors]]) -> tuple[Floats, dict[str, Floats]]:

@@ -37,7 +37,7 @@ DASHES = "solid", "dash", "dashdot", "dot"
 LAYOUT: dict[str, Any] = {
     "template": "plotly_white",
     "margin": {"l": 60, "r": 10, "t": 60, "b": 45},
-    "legend": {"orientation": "h", "yref": "container", "y": 1, "yanchor": "top", "x": 0},
+    "legend": {"orientation": "h", "yref": "container", "y": 0, "yanchor": "bottom", "x": 0},
     "font": {"size": 13},
     "hoverlabel": {"namelength": -1},
 }

@@ -13,11 +13,10 @@ from ..comparison.tables import (
     by_sequence,
     conditions,
     legend,
-    markdown,
     notes_of,
     overall,
 )
-from ..texts import printable
+from ..texts import in_markdown, printable
 
 __all__ = ["json_report", "markdown_report", "text_report"]
 
@@ -47,15 +46,16 @@ def markdown_report(
     comparison: Comparison, changed: Changes | None = None, reasons: Sequence[str] = ()
 ) -> str:
     """Return verdict, all notes, what changed, and tables in Markdown."""
-    parts = [f"**Fails:** {markdown(reason)}" for reason in reasons]
-    parts += map(markdown, comparison.verdict)
-    parts.append("\n".join(f"- {markdown(note)}" for note in notes_of(comparison)))
+    parts = [f"**Fails:** {in_markdown(reason)}" for reason in reasons]
+    parts += map(in_markdown, comparison.verdict)
+    parts.append("\n".join(f"- {in_markdown(note)}" for note in notes_of(comparison)))
     if changed:
-        parts.append(f"{comparison.by} against {markdown(printable(changed.file))}:")
+        parts.append(f"{comparison.by} against {in_markdown(changed.file)}:")
         parts.append(as_markdown(changes_table(changed, MARKDOWN)))
-        parts += map(markdown, changed.notes)
+        parts += map(in_markdown, changed.notes)
     parts += [as_markdown(table(comparison, MARKDOWN)) for table in (overall, by_sequence)]
-    return "\n\n".join(filter(None, [*parts, *map(markdown, legend(comparison, MARKDOWN))])) + "\n"
+    parts += map(in_markdown, legend(comparison, MARKDOWN))
+    return "\n\n".join(filter(None, parts)) + "\n"
 
 
 def json_report(comparison: Comparison, changed: Changes | None = None) -> str:

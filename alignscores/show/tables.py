@@ -4,7 +4,6 @@ The table of a terminal needs no pandas, which the extra ``tables`` brings.
 """
 
 import math
-import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,7 +13,7 @@ from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note
 from ..extras import require
 from ..metrics import SCORES, header, metric
-from ..texts import aligned, distinct, printable, text_table, text_width
+from ..texts import aligned, distinct, in_markdown, printable, text_table, text_width
 from .curves import time_label
 
 __all__ = [
@@ -147,21 +146,16 @@ def _frame(rows: Rows) -> Any:
 def markdown(scored: Sequence[Evaluation], more_notes: Sequence[str] = ()) -> str:
     """Return the table in Markdown, with the conditions and all notes."""
     require("tabulate", "tables")
-    rows = [list(map(_escaped, row)) for row in rows_of(scored, longest=200)]
+    rows = [list(map(in_markdown, row)) for row in rows_of(scored, longest=200)]
     table = _frame(rows).to_markdown(
         index=False, disable_numparse=True, colalign=["left", *["right"] * (len(rows[0]) - 1)]
     )
-    notes = [f"- {_escaped(note)}" for note in notes_of(scored, more_notes)]
-    below = list(map(_escaped, conditions(scored)))
+    notes = [f"- {in_markdown(note)}" for note in notes_of(scored, more_notes)]
+    below = list(map(in_markdown, conditions(scored)))
     if models := models_of(scored):
-        rows = [list(map(_escaped, row)) for row in models]
+        rows = [list(map(in_markdown, row)) for row in models]
         below.append(_frame(rows).to_markdown(index=False, disable_numparse=True))
     return "\n\n".join([table, *below, *(["\n".join(notes)] if notes else [])]) + "\n"
-
-
-def _escaped(text: str) -> str:
-    """Return a text that Markdown shows as it is."""
-    return re.sub(r"([\\`*_{}\[\]<>()#|~$&!])", r"\\\1", printable(text))
 
 
 def latex(scored: Sequence[Evaluation]) -> str:

@@ -1,13 +1,14 @@
 """In evo's place: its options, and results that its other programs and its users read."""
 
 import json
-import os
 import re
 import shutil
-import subprocess
 import sys
+import warnings
 import zipfile
+from contextlib import nullcontext, redirect_stdout, suppress
 from decimal import Decimal
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -31,16 +32,20 @@ def finite(examples, tmp_path, monkeypatch):
 
 
 def evo(program, *arguments):
-    """Run a program of evo, with a home folder of its own; return what it prints."""
-    code = (
-        "import sys; from evo.tools.settings import SETTINGS; SETTINGS.save_traj_in_zip = True; "
-        f"from evo.cli.entry_points import {program}; sys.exit({program}())"
-    )
-    words = [sys.executable, "-c", code, *map(str, arguments)]
-    environment = {**os.environ, "HOME": str(Path.cwd())}
-    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=100)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    """Run a program of evo, in this process; return what it prints."""
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        redirect_stdout(StringIO()) as printed,
+        warnings.catch_warnings(action="ignore"),
+    ):
+        from evo.cli import entry_points
+        from evo.tools.settings import SETTINGS
+
+        patch.setattr(sys, "argv", [program, *map(str, arguments)])
+        patch.setitem(SETTINGS, "save_traj_in_zip", True)
+        with suppress(SystemExit) if "--help" in arguments else nullcontext():
+            getattr(entry_points, program)()
+    return printed.getvalue()
 
 
 def evo_ape(*arguments):

@@ -97,6 +97,7 @@ def test_each_mistake_of_convention_is_named(real, pair):
         assert bool(text) == bool(words)
 
 
+@pytest.mark.slow
 def test_the_means_of_visual_inertial_systems_on_a_page(real):
     """TAS, half-score distance, RAS and ATE under each alignment, over the four sequences."""
     if not (real / "euroc").is_dir():

@@ -18,10 +18,10 @@ def sums_of_distances(rotations):
     return np.concatenate([np.minimum(part, 0.5).sum(axis=1) for part in distances])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     seed=st.integers(0, 10_000),
-    n=st.one_of(st.integers(1, 60), st.integers(300, 1500), st.integers(5001, 5200)),
+    n=st.one_of(st.integers(1, 60), st.integers(300, 900), st.integers(2001, 2400)),
     noise_deg=st.sampled_from([0.0, 1e-7, 1e-3, 0.1, 1.0, 5.0, 20.0, 180.0]),
     outliers=st.sampled_from([0.0, 0.1, 0.48, 0.9]),
     agree=st.booleans(),
@@ -38,13 +38,16 @@ def test_no_rotation_is_cheaper_than_the_medoid(seed, n, noise_deg, outliers, ag
     )
     rotations[:k] = others.as_matrix()[:k]
     sums = sums_of_distances(rotations)
-    assert sums[medoid(rotations)] <= sums.min() + 1e-11 * n
+    with pytest.MonkeyPatch.context() as patch:  # bounds, in parts as of 5000 rotations
+        patch.setattr("alignscores.medoid.N_ALL_PAIRS", 2000)
+        patch.setattr("alignscores.medoid.AT_ONCE", 25 * n)
+        assert sums[medoid(rotations)] <= sums.min() + 1e-11 * n
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_the_medoid_where_one_in_twenty_agrees(seed):
+@pytest.mark.parametrize(("seed", "n"), [(0, 2000), (1, 2000), (2, 5100)])
+def test_the_medoid_where_one_in_twenty_agrees(seed, n):
     rng = np.random.default_rng(seed)
-    rotations = Rotation.random(2000, rng=rng).as_matrix()
+    rotations = Rotation.random(n, rng=rng).as_matrix()
     rotations[:100] = Rotation.from_rotvec(rng.normal(0, 0.15, (100, 3))).as_matrix()
     sums = sums_of_distances(rotations)
     assert medoid(rotations) == np.argmin(sums)

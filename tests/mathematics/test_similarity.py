@@ -61,7 +61,7 @@ def test_smallest_sum_of_squares(noisy_scene, seed, mirrored):
         residuals = math.exp(x[0]) * est @ rotation + x[4:] - gt
         return float(np.sum(residuals**2))
 
-    starts = [np.r_[-math.log(2.5), Rotation.random(rng=rng).as_rotvec(), 0, 0, 0] for _ in "four"]
+    starts = [np.r_[-math.log(2.5), Rotation.random(rng=rng).as_rotvec(), 0, 0, 0] for _ in "ab"]
     lowest = min(scipy.optimize.minimize(objective, start).fun for start in starts)
     assert cost(alignment, gt, est) == pytest.approx(lowest, rel=1e-6)
     assert 12 * least_squares_rmse(gt, est) ** 2 == pytest.approx(lowest, rel=1e-6)

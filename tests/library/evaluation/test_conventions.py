@@ -65,8 +65,7 @@ def rotation(axis, degrees):
 
 def notes_on_conventions(gt, est):
     """Return the notes on mistakes of convention, by kind."""
-    stamps = np.arange(len(gt)) / 10
-    notes = evaluate(Trajectory(stamps, gt), Trajectory(stamps, est)).notes
+    notes = evaluate(gt, est).notes
     kinds = "inverted", "inverted rotations", "quaternions", "mirrored", "frame"
     return {note.kind: note.text for note in notes if note.kind in kinds}
 

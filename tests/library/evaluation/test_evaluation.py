@@ -38,7 +38,7 @@ def test_poses_in_arrays_are_matched_by_row_or_by_their_times(tum, examples):
     n = len(estimate.keys)
     by_row = evaluate(reference.poses[:n], estimate.poses)
     assert by_row.to_dict()["n"] == n
-    assert evaluate(list(reference.poses), reference.poses, times=times[0]).pas == 1
+    assert evaluate(list(reference.poses), reference.poses[None], times=times[0]).pas == 1
     with pytest.raises(ValueError, match="times need two arrays of poses"):
         evaluate(reference, estimate.poses, times=times[0])
 

@@ -74,10 +74,12 @@ TWO = {  # headers with two poses, and the columns that choose each
 @pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
 def test_a_header_with_two_poses_is_refused_with_the_choices(write, header):
     path = write(table(STAMPS, POSITIONS + 1, POSITIONS, by=",", header=header))
-    with pytest.raises(FileError, match="its header names 2 poses; choose one by --ref_") as caught:
+    with pytest.raises(
+        FileError, match="its header names 2 poses; choose one by --columns '"
+    ) as caught:
         read_tum(path)
     choices = re.findall(r"'([^']+)'", str(caught.value))
-    assert sorted(choices) == sorted(TWO[header])
+    assert sorted(choices) == sorted(choice.rstrip(" -") for choice in TWO[header])
     for choice in choices:
         first = choice.startswith("t x")
         assert read_tum(path, columns=choice).positions == pytest.approx(POSITIONS + first)
@@ -98,7 +100,7 @@ def test_positions_and_rotations_of_two_owners_are_not_mixed(write):
     """microsoft/AirSim and others: a reference of positions next to an estimate."""
     header = "timestamp,ref_x,ref_y,ref_z,x,y,z,qx,qy,qz,qw"
     path = write(table(STAMPS, POSITIONS + 1, POSITIONS, QUATERNIONS, by=",", header=header))
-    with pytest.raises(FileError, match="'t - - - x y z qx qy qz qw' or 't x y z - - - - - - -'"):
+    with pytest.raises(FileError, match="'t - - - x y z qx qy qz qw' or 't x y z'"):
         read_tum(path)
     header = "t,est_x,est_y,est_z,gt_qx,gt_qy,gt_qz,gt_qw"
     with pytest.warns(TrajectoryWarning, match=r"read t x y z, not the other 4 of 8 columns \(in"):
@@ -168,17 +170,19 @@ def test_rotation_vectors_are_read(write):
     with pytest.raises(FileError, match=r"has 7 columns, .* 't rx ry rz x y z'"):
         read_tum(path)
     same_poses(read_tum(path, columns="t rx ry rz x y z"))
-    same_poses(read_tum(write(table(STAMPS, vectors, POSITIONS, header="t rx ry rz tx ty tz"))))
-    degrees = table(STAMPS, np.degrees(vectors), POSITIONS, header="t rx ry rz tx ty tz")
+    header = "t rx ry rz tx ty tz"
+    with pytest.warns(TrajectoryWarning, match="as a rotation vector in radians; Euler angles"):
+        same_poses(read_tum(write(table(STAMPS, vectors, POSITIONS, header=header))))
+    degrees = write(table(STAMPS, np.degrees(vectors), POSITIONS, header=header))
     with pytest.raises(FileError, match=r"line 2: a rotation vector of length .* in radians"):
-        read_tum(write(degrees))
+        read_tum(degrees, columns=header)
 
 
 @pytest.mark.parametrize("swapped", [False, True])
-@pytest.mark.parametrize("height", [0.0, 3.0])
-def test_latitudes_and_longitudes_are_recognised(write, swapped, height):
+@pytest.mark.parametrize(("height", "unit"), [(0.0, 1), (3.0, 1), (3.0, np.pi / 180)])
+def test_latitudes_and_longitudes_are_recognised(write, swapped, height, unit):
     """evo#420: without a header. Metres far from the origin are not refused."""
-    degrees = np.array([48.98, 8.39]) + POSITIONS[:, :2] / 1e4
+    degrees = unit * (np.array([48.98, 8.39]) + POSITIONS[:, :2] / 1e4)
     degrees = degrees[:, ::-1] if swapped else degrees
     z = 112 + height * POSITIONS[:, 2]
     path = write(table(STAMPS, degrees, z))
@@ -187,6 +191,34 @@ def test_latitudes_and_longitudes_are_recognised(write, swapped, height):
     assert len(read_tum(path, columns="t x y z").keys) == N
     for offset in ([48.98, 8.39, 112], [450_000, 5_400_000, 100]):
         assert len(read_tum(write(table(STAMPS, POSITIONS + offset))).keys) == N
+    still = [0.5, 0.3, 0.2] + POSITIONS / 1e4
+    assert len(read_tum(write(table(STAMPS, still))).keys) == N
+
+
+@pytest.mark.parametrize("in_degrees", [False, True])
+@pytest.mark.parametrize("first", [-np.pi, 0])
+def test_headings_of_planar_robots_are_no_heights(write, in_degrees, first):
+    heading = (np.arange(N) / 5 - first) % (2 * np.pi) + first
+    z = np.degrees(heading) if in_degrees else heading
+    for stamps, names in ([[STAMPS], "t x y z"], [[], "x y z"]):
+        path = write(table(*stamps, POSITIONS[:, :2], z))
+        with pytest.raises(FileError, match=r"z jumps by .* as a heading does; write a heading as"):
+            read_tum(path)
+        assert len(read_tum(path, columns=names).keys) == N
+    for height in (heading / 2, np.unwrap(heading), 1.1 * heading):
+        assert len(read_tum(write(table(STAMPS, POSITIONS[:, :2], height))).keys) == N
+
+
+@pytest.mark.parametrize("rows", [3, 4])
+def test_matrices_in_several_lines_are_named(write, rows):
+    """ICL-NUIM's .gt.sim files, and dumps of arrays."""
+    matrices = np.tile(np.eye(4), (N, 1, 1))
+    matrices[:, :3] = np.concatenate([ROTATIONS.as_matrix(), POSITIONS[:, :, None]], axis=2)
+    blocks = "\n".join(table(matrix[:rows]) for matrix in matrices)
+    with pytest.raises(FileError, match="seems to have a matrix in several lines; write each in"):
+        read_tum(write(blocks))
+    with pytest.raises(FileError, match="must be 0 0 0 1, unlike the last column: transpose it"):
+        read_tum(write(table(matrices.transpose(0, 2, 1).reshape(N, 16))))
 
 
 def world_to_camera():
@@ -206,7 +238,10 @@ def named(*columns, header="", by=" "):
 def test_the_results_of_hloc_are_read(write):
     """Hierarchical-Localization#109: world-to-camera, w first, by image name."""
     rotations, translations = world_to_camera()
-    path = write(named(rotations.as_quat(scalar_first=True), translations))
+    text = named(rotations.as_quat(scalar_first=True), translations)
+    for above in ("# localised by hloc", ""):
+        assert recognise(write(f"{above}\n{text}")) == "hloc"
+    path = write(text)
     assert recognise(path) == "hloc"
     for read in (read_hloc, read_colmap):
         trajectory = read(path)

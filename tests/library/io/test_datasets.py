@@ -118,7 +118,8 @@ ELSEWHERE = {
     "ROS bags",
     "COLMAP, GLOMAP",
     "nerfstudio",
-    "VGGT and other networks",
+    "VGGT, Depth Anything 3",
+    "Pi3 and other networks",
 }
 
 

@@ -234,6 +234,8 @@ POSES = np.tile(np.eye(4), (3, 1, 1))
         ({"t": np.array([5, 6, 7]), "p": POSES.astype(int)}, [5, 6, 7]),
         ({"p": POSES, "names": np.array(["a", "b", "c"]), "K": np.eye(3)}, [0, 1, 2]),
         ({"p": POSES, "t": np.zeros(4), "q": np.zeros((3, 4, 5)), "r": np.eye(4)}, [0, 1, 2]),
+        ({"p": POSES[None], "K": np.ones((1, 3, 3, 3))}, [0, 1, 2]),  # a batch of one
+        ({"p": POSES[None, :, :3], "t": np.array([[0.5, 1, 9]])}, [0.5, 1, 9]),
     ],
 )
 def test_arrays_of_matrices(tmp_path, arrays, keys):
@@ -241,7 +243,7 @@ def test_arrays_of_matrices(tmp_path, arrays, keys):
     np.savez(path, **arrays)
     trajectory = read_arrays(path)
     assert trajectory.keys.tolist() == keys
-    assert trajectory.keys.dtype.kind == ("f" if "t" in arrays and len(arrays["t"]) == 3 else "i")
+    assert trajectory.keys.dtype.kind == ("f" if "t" in arrays and arrays["t"].size == 3 else "i")
     np.testing.assert_array_equal(trajectory.poses, POSES)
     assert trajectory.poses.dtype == float
 
@@ -259,7 +261,7 @@ ONE_ARRAY = r"must have one array of numbers, \(n, 4, 4\) or \(n, 3, 4\); it has
         ({"p": POSES, "t": np.array([0, np.inf, 1])}, r", p\[1\]: the time stamp is not finite"),
         ({"p": POSES, "q": POSES}, rf": {ONE_ARRAY}p \(3, 4, 4\), q \(3, 4, 4\)"),
         ({"p": np.full((3, 4, 4), "a")}, rf": {ONE_ARRAY}none"),
-        ({"p": POSES[None]}, rf": {ONE_ARRAY}p \(1, 3, 4, 4\)"),
+        ({"p": np.array([POSES, POSES])}, rf": {ONE_ARRAY}p \(2, 3, 4, 4\)"),
         ({"p": np.array([{}, {}], dtype=object)}, ": is not a file of arrays, .* without objects"),
     ],
 )

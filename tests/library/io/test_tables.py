@@ -21,6 +21,8 @@ VALUES = {
     **{f"t_{unit}": STAMPS * f for unit, f in (("s", 1), ("ms", 1e3), ("us", 1e6), ("ns", 1e9))},
     "whole": np.floor(STAMPS),
     "rest_ns": (STAMPS % 1) * 1e9,
+    "minutes": STAMPS / 60,
+    **dict(zip(["x_mm", "y_mm", "z_mm"], POSITIONS.T * 1e3, strict=True)),
     "n": np.arange(N) * 3,
     "-": np.full(N, 0.25),
     "word": np.full(N, "map"),
@@ -99,6 +101,31 @@ READ = {
     "microseconds": made(f"t_us {Q}"),
     "nanoseconds": made(NS),
     "milliseconds by a header": made(f"t_ms {Q}", ",", "time_ms,x,y,z,qx,qy,qz,qw"),
+    "nanoseconds by a header": made(f"t_ns {Q}", ",", "timestampNs,x,y,z,qx,qy,qz,qw"),
+    "microseconds by a header": made(f"t_us {Q}", ",", "Elapsed [µs],x,y,z,qx,qy,qz,qw"),
+    **{
+        f"millimetres: {header}": made("minutes x_mm y_mm z_mm", sign, header, holds="t_s x y z")
+        for header, sign in (
+            ("time [min],x [mm],y [mm],z [mm]", ","),
+            ("# time_min tx_mm ty_mm tz_mm", " "),
+            ('"time (min)","Position X (mm)","Position Y (mm)","Position Z (mm)"', ","),
+            ("Time,TX,TY,TZ\nmin,mm,mm,mm", ","),
+            ("# t,x,y,z\n# [min],[mm],[mm],[mm]", ","),
+        )
+    },
+    "millimetres by name": made("t_s x_mm y_mm z_mm", named="t x_mm y_mm z_mm", holds="t_s x y z"),
+    "a clock before a duration": made(
+        f"t_ms - {Q}", ",", "timeMs,track_ms,x,y,z,qx,qy,qz,qw", holds=f"t_ms {Q}"
+    ),
+    "a unit for a clock": made(f"t_us {Q}", ",", "unix_us,x,y,z,qx,qy,qz,qw"),
+    "a word before the header": made(f"t_s {W}", header="# Format: time x y z qw qx qy qz"),
+    "degrees are no vector": made("t_s x y z - - -", ",", "t,x[m],y[m],z[m],rx[deg],ry[°],rz_deg"),
+    "frames of OKVIS": made(
+        f"t_ns {Q} -",
+        ",",
+        ",".join(["t", *(f"p_WS_W_{a}" for a in "xyz"), *(f"q_WS_{a}" for a in "xyzw"), "b_a_x"]),
+        holds=TUM,
+    ),
     "orientations": made(f"t_s {W}", ",", "t,x,y,z,ow,ox,oy,oz"),
     "w first by name": made(f"t_s {W}", named="t x y z qw qx qy qz"),
     "names with commas": made(f"t_s {W}", named="t,x,y,z,qw,qx,qy,qz"),
@@ -147,6 +174,11 @@ NAME_THEM = "name them, as in --columns 't x y z qx qy qz qw'"
             None,
             "has latitudes; convert them",
         ),
+        *[
+            (made("t_s x y -", " ", header)[0], None, "names no x, y, z .* a heading as a quat")
+            for header in ("t x y yaw", "# t x y theta")
+        ],
+        (made("t_s x y", " ", "# t x y")[0], None, "names no x, y, z .*; write z, too"),
         ("t x y z n\n0 1 2 3\n", None, f"names 5 columns, its first row has 4; {NAME_THEM}"),
         ("a text\nof words\n", None, "has no line of numbers"),
         ("1 2 3 4\n1 2 3\n", None, "line 2: has 3 columns, the first row 4"),

@@ -88,7 +88,9 @@ def test_the_page_draws_and_answers(saved, opened, estimates, run, monkeypatch):
     page.wait_for_timeout(600)
     assert set(errors.evaluate(visible)) == {"legendonly"}
     # The pointer reads time and error.
-    plot = errors.locator(".nsewdrag").nth(1).bounding_box()
+    area = errors.locator(".nsewdrag").nth(1)
+    area.scroll_into_view_if_needed()
+    plot = area.bounding_box()
     page.mouse.move(plot["x"] + plot["width"] / 4, plot["y"] + plot["height"] / 2)
     page.wait_for_timeout(300)
     hover = errors.locator(".hoverlayer").text_content()

@@ -106,7 +106,6 @@ def test_one_figure_has_all_drawings(examples, format_name):
     files = (examples / name for name in FILES[format_name])
     figure = figure_of([evaluate(*files, format=format_name)])
     assert len(figure.axes) == 2 + 2 + 2 + 6  # trajectory and its colours, scores, errors, poses
-    figure.draw_without_rendering()
 
 
 def test_many_estimates_are_overlaid_and_the_first_ones_named(evaluation):

@@ -55,13 +55,3 @@ def test_markdown_has_the_table_the_conditions_and_all_notes(run, tmp_path):
     assert notes
     assert all(f"- {note}" in written for note in notes)
     assert run(*TUM, *AT_STAMPS, "--t_offset", "auto", "--markdown", "-")[1] == path.read_text()
-
-
-def test_an_output_format_is_printed_instead_of_the_table(run, tmp_path):
-    """As it is saved."""
-    code, out, _ = run(*TUM, "--csv", "-o", tmp_path)
-    assert (code, out) == (0, (tmp_path / "scores.csv").read_text())
-    for option, file in (("--latex", "scores.tex"), ("--json", "scores.json")):
-        assert run(*TUM, option)[:2] == (0, (tmp_path / file).read_text())
-        code, _, err = run(*TUM, option, "--markdown", "-")
-        assert (code, f"--markdown - and {option} both print" in err) == (2, True)

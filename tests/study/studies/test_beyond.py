@@ -7,14 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from alignscores.yaml_files import load_yaml
 from experiments.config import ConfigError, load_sweep, to_overrides
 from experiments.tables import Record, Trials
+from studies.beyond import SCENARIOS as OURS
 from studies.beyond import draw, findings, plan, study_name
-
-
-@pytest.fixture(scope="module")
-def beyond():
-    return sweeps()
 
 
 def sweeps(**settings):
@@ -27,7 +24,7 @@ def write(directory, text, name="mine.yaml"):
     return path
 
 
-def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path, beyond):
+def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path):
     path = write(
         tmp_path,
         "settings: {trials: 7, n_outliers: [0, 5], tas: {quantile: 0.9}}\n"
@@ -41,7 +38,7 @@ def test_a_file_of_your_own_takes_the_rest_from_beyond(tmp_path, beyond):
     assert (pieces.name, pieces.outliers, pieces.trials) == ("beyond_mine/pieces", "cluster", 3)
     for config in (circle, pieces):
         assert (config.seed, config.n_outliers) == (4, [0, 5])
-        assert config.sigma_t == beyond["paper"].sigma_t
+        assert config.sigma_t == load_yaml(OURS)["settings"]["sigma_t"]
     quick = sweeps(scenarios=path, trials=1, tas={"order": 0.2})["pieces"]
     assert quick.trials == 1  # the command line wins
     assert (quick.tas["order"], quick.tas["quantile"]) == (0.2, 0.9)

@@ -34,17 +34,17 @@ def test_power_is_taken_where_all_other_settings_are_the_same():
 
 
 @pytest.mark.parametrize(
-    ("take", "value", "of_both"), [("smallest", 0, -1), ("largest", 1, 1), ("mean", 0.5, 0)]
+    ("summary", "value", "of_both"), [("smallest", 0, -1), ("largest", 1, 1), ("mean", 0.5, 0)]
 )
-def test_power_takes_the_smallest_the_largest_or_the_mean(take, value, of_both):
+def test_power_takes_the_smallest_the_largest_or_the_mean(summary, value, of_both):
     table = trials(n_outliers=[0, 0, 1, 1], sigma_t=[1, 2, 1, 2], ATE=[1, 2, 0.5, 0.5])
-    assert statistics.power(table, "ATE", ["sigma_t"], take) == pytest.approx(value)
+    assert statistics.power(table, "ATE", ["sigma_t"], summary) == pytest.approx(value)
     both = statistics.powers(table, "ATE", ["sigma_t", "n_outliers"])
     assert both == pytest.approx([1, 0, -1, -1])
-    improvement = statistics.improvement(table, "ATE", ["sigma_t", "n_outliers"], take)
-    assert improvement == pytest.approx({"smallest": -1, "largest": 1, "mean": 0.25}[take])
-    result = statistics.power(table, "ATE", ["sigma_t", "n_outliers"], take)
-    assert result == pytest.approx(np.mean(both) if take == "mean" else of_both)
+    improvement = statistics.improvement(table, "ATE", ["sigma_t", "n_outliers"], summary)
+    assert improvement == pytest.approx({"smallest": -1, "largest": 1, "mean": 0.25}[summary])
+    result = statistics.power(table, "ATE", ["sigma_t", "n_outliers"], summary)
+    assert result == pytest.approx(np.mean(both) if summary == "mean" else of_both)
 
 
 def test_dependence_is_a_share_of_the_range_of_means():
@@ -83,8 +83,8 @@ def test_a_missing_value_does_not_count_as_no_correlation():
     values = pd.Series([1.0, np.nan, 3.0])
     assert math.isnan(statistics.correlation(values, pd.Series([1.0, 2.0, 3.0])))
     table = trials(n_outliers=[0, 0, 1, 1], sigma_t=[1, 2, 1, 2], ATE=[1, 2, np.nan, 5])
-    for take in statistics.SUMMARIES:
-        assert math.isnan(statistics.power(table, "ATE", ["sigma_t"], take))
+    for summary in statistics.SUMMARIES:
+        assert math.isnan(statistics.power(table, "ATE", ["sigma_t"], summary))
 
 
 def test_change_of_the_order_from_some_cells_to_others():
