@@ -46,7 +46,7 @@ from .time import nearest_stamps
 __all__ = ["Files", "Scored", "look", "rescue"]
 
 CLEAR = 0.1  # gain of a remedy
-SMALL, MIN_T = 0.01, 3.0  # or so small a one, of so many standard errors
+SMALL, MIN_T = 0.01, 2.0  # or so small a one, of so many standard errors
 OUTLIER, ROUNDING = 3.0, 1e-12  # median errors; steps of a camera that stands still
 EQUAL = 0.02  # difference between remedies that are equally good
 FRAME_RATE = 10.0  # in Hz, of frames without stamps
@@ -209,9 +209,9 @@ def _is_clear(before: Scored | None, after: Scored) -> bool:
     return _t(after.frames - before.frames) >= MIN_T
 
 
-def _t(gains: Floats) -> float:
+def _t(gains: Floats, stretches: int = BLOCKS) -> float:
     """Return the mean in standard errors, from the means over stretches of time."""
-    means = np.array([part.mean() for part in np.array_split(gains, BLOCKS) if len(part)])
+    means = np.array([part.mean() for part in np.array_split(gains, stretches) if len(part)])
     error = np.std(means, ddof=1) / np.sqrt(len(means))
     return float(means.mean() / max(error, np.finfo(float).tiny))
 
@@ -468,17 +468,21 @@ def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
 def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
     """Return whether mirrored positions move more like the reference's, by so many standard errors.
 
-    Drift may well mirror a path, such as the height of a road, but hardly its motions.
+    Drift may well mirror a path, such as the height of a road, but hardly its motions. Those of
+    longer stretches have larger errors if it is alike in neighbouring ones.
     """
     rows = _sample(scored)
     if len(rows) < MIN_CAMERAS or settings.alignment in ("yaw", "none"):
         return len(rows) >= MIN_CAMERAS
     gt, est = scored.gt_poses[rows], scored.est_poses[rows]
     flip, step = np.diag([1.0, 1.0, -1.0, 1.0]), -(-len(rows) // (3 * BLOCKS))
-    fits = [fit_positions(gt, poses).errors for poses in (est, flip @ est)]
-    cap = OUTLIER**2 * min(np.median((errors**2).sum(axis=1)) for errors in fits)
-    squares = [((errors[step:] - errors[:-step]) ** 2).sum(axis=1) for errors in fits]
-    return _t(np.minimum(squares[0], cap) - np.minimum(squares[1], cap)) >= MIN_T
+    fits = [fit_positions(gt, poses) for poses in (est, flip @ est)]
+    if fits[1].misfit < min(MAX_MISFIT, fits[0].misfit / 3):
+        return True
+    cap = OUTLIER**2 * min(np.median((fit.errors**2).sum(axis=1)) for fit in fits)
+    squares = [((fit.errors[step:] - fit.errors[:-step]) ** 2).sum(axis=1) for fit in fits]
+    gains = np.minimum(squares[0], cap) - np.minimum(squares[1], cap)
+    return all(_t(gains, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
 
 
 def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
