@@ -1,5 +1,7 @@
 """Trials as curves: a panel for each metric, noise along the x axis, a colour for each curve.
 
+Every second curve is dashed, so that neighbours differ without colour, too.
+
 The height of a grey column is the range of all trials at a noise level, the height of a bar above
 "all" the range of all trials of a colour over all noise levels: the captions of the paper compare
 these ranges. On a logarithmic axis heights are ratios, so there are no bars.
@@ -7,7 +9,6 @@ these ranges. On a logarithmic axis heights are ratios, so there are no bars.
 
 from collections.abc import Sequence
 from math import ceil
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,16 +42,18 @@ IN_COLOUR = ("n_outliers", "n_cameras", "sigma_r_deg", "sigma_t", *TEXTS)
 GROUP = 0.76  # width of the strokes around a level, in levels, if there are ten or more
 STRIP = 0.3  # width of the bars at the right, as a share of the levels' width
 THICK, THIN = 1.6, 0.5  # first and last curve in points: coinciding ones are seen as stripes
+KEY = 2.6  # of the lines in the key of colours, in points
 LOG = 300  # largest by smallest mean of an error, above which its axis is logarithmic
 MAX_BLOCKS = 12  # combinations of the settings that have neither an axis nor colours
 
 
-def draw_trials(trials: pd.DataFrame, metrics: Sequence[str] = ()) -> Figure:
+def draw_trials(trials: pd.DataFrame, metrics: Sequence[str] = (), heading: str = "") -> Figure:
     """Draw metrics of a table of trials against noise; by default all metrics.
 
     The first setting that varies runs along the x axis (noise before the numbers of outliers and of
     cameras), the next one has the colours, and each combination of the others has its own panels.
-    Values that are not finite are left out; the title of the panel has their number.
+    Values that are not finite are left out; the title of the panel has their number. The heading
+    stands above the key of the colours.
 
     Raises
     ------
@@ -70,7 +73,7 @@ def draw_trials(trials: pd.DataFrame, metrics: Sequence[str] = ()) -> Figure:
     for part, (values, block) in zip(parts, blocks, strict=True):
         named = zip(others, values, strict=True)
         title = ", ".join(f"{NAMES[name]} = {write(name, value)}" for name, value in named)
-        draw_block(part, block, names, columns, x, series, title)
+        draw_block(part, block, names, columns, x, series, title or heading)
     explain_glyphs(figure, trials, x)
     return figure
 
@@ -135,18 +138,19 @@ def draw_block(
             panels[i].tick_params(labelbottom=False)
     for axes in panels[len(metrics) :]:
         axes.remove()
+    colours, dashes = style.colours(series, len(values)), style.dashes(len(values))
     labels = [write(series, value) for value in values]
     n_characters = part.bbox.width / part.get_dpi() / 0.053 - 2
     fits = sum(len(label) + 3.6 for label in labels) <= n_characters
     part.legend(
-        [Patch(color=colour) for colour in style.colours(series, len(values))],
+        [Line2D([], [], c=c, ls=ls, lw=KEY) for c, ls in zip(colours, dashes, strict=True)],
         labels,
         loc="outside upper left",
         alignment="left",
         title=f"{title}: {NAMES[series]}" if title else NAMES[series],
         ncols=len(labels) if fits else max(1, int(n_characters / (3.6 + max(map(len, labels))))),
-        handlelength=0.9,
-        columnspacing=1.0,
+        handlelength=(2 * style.DASH + style.GAP) / style.SMALL,
+        columnspacing=0.8,
     )
 
 
@@ -169,11 +173,11 @@ def draw_panel(
     widths = np.linspace(THICK if len(values) > 1 else THIN, THIN, len(values))
     bottom, top = np.fmin.reduce(low), np.fmax.reduce(high)
     axes.bar(positions, top - bottom, 0.94, bottom, color=style.GREY_BAND, zorder=0.5)
-    for j, colour in enumerate(colours):
+    for j, (colour, dashes) in enumerate(zip(colours, style.dashes(len(values)), strict=True)):
         offset = group * ((j + 0.5) / len(values) - 0.5)
         red, green, blue = (1 - 0.65 * (1 - part) for part in colour)  # closer to white
         axes.vlines(positions + offset, low[j], high[j], (red, green, blue), linewidth=0.4)
-        axes.plot(positions, mean[j], color=colour, linewidth=widths[j])
+        axes.plot(positions, mean[j], color=colour, linestyle=dashes, linewidth=widths[j])
     edges = len(levels) - 0.2 + max(STRIP * len(levels), 0.5) * np.linspace(0, 1, len(values) + 1)
     centres, width = (edges[:-1] + edges[1:]) / 2, 0.85 * (edges[1] - edges[0])
     bottom, top = np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1)
@@ -188,8 +192,6 @@ def draw_panel(
         axes.set_xticks([*ticks, middle], [*labels[::every], "all"])
     else:
         axes.set_xticks(ticks, labels[::every])
-        placed: Any = {"ha": "center", "va": "center", "size": style.SMALL, "color": style.FAINT}
-        axes.text(middle, 0.5, "no bars", transform=axes.get_xaxis_transform(), **placed)
     axes.set_xlim(-0.65, edges[-1])
     steps = np.diff(levels[x[0]].to_numpy(float))
     note = "" if np.allclose(steps, steps[:1]) else "\n(not to scale)"
@@ -241,11 +243,12 @@ def explain_glyphs(figure: Figure, trials: pd.DataFrame, x: Sequence[str]) -> No
     cells = [*CELL_SETTINGS, *(name for name in TEXTS if name in trials)]
     n_trials = trials.groupby(cells).size().max()
     level = "noise" if x[0].startswith("sigma") else "level"
+    where = "" if all(axes.get_yscale() == "linear" for axes in figure.axes) else " (linear axes)"
     handles: dict[str, Artist] = {
         f"mean of {n_trials} trial{'s' if n_trials > 1 else ''}": Line2D([], [], color=style.FAINT),
         "their min to max": _stroke(0.5),
         f"min to max of all trials at this {level}": Patch(color=style.GREY_BAND),
-        "min to max of all trials of this colour": _stroke(2.2),
+        f"min to max of all trials of this colour{where}": _stroke(2.2),
     }
     figure.legend(
         list(handles.values()),

@@ -20,24 +20,24 @@ POSITIONS = ("ATE", "DTE", "mAA", "TAS")
 
 def outliers(trials: pd.DataFrame) -> Figure:
     """Figure 2: translation metrics against position noise, for each number of outliers."""
-    return draw_trials(trials, POSITIONS)
+    return draw_trials(trials, POSITIONS, "Random positions")
 
 
 def collinear(trials: pd.DataFrame) -> Figure:
     """Figure 3: translation metrics on a line against noise, for each number of outliers."""
-    return draw_trials(trials, POSITIONS)
+    return draw_trials(trials, POSITIONS, "Collinear positions")
 
 
 def trajectory_length(trials: pd.DataFrame) -> Figure:
     """Figure 4: translation metrics against position noise, for each number of cameras."""
-    return draw_trials(trials, POSITIONS)
+    return draw_trials(trials, POSITIONS, "Random positions")
 
 
 def rotations(trials: pd.DataFrame) -> Figure:
     """Figure 5: rotation metrics against rotation noise, for each number of outliers."""
     after_l1 = ("Median-1", "Mean-1", "RMS-1", "DRE")
     after_l2 = ("Median-2", "Mean-2", "RMS-2", "RAS")
-    figure = draw_trials(trials, after_l1 + after_l2)
+    figure = draw_trials(trials, after_l1 + after_l2, "Random rotations")
     for upper, lower in zip(figure.axes[:3], figure.axes[4:7], strict=True):
         top = max(upper.get_ylim()[1], lower.get_ylim()[1])
         upper.set_ylim(0, top)
@@ -47,7 +47,7 @@ def rotations(trials: pd.DataFrame) -> Figure:
 
 def combined(trials: pd.DataFrame) -> Figure:
     """Figure 6: six metrics against noise in position and in rotation."""
-    return draw_trials(trials, ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS"))
+    return draw_trials(trials, ("ATE", "DTE", "mAA", "TAS", "RAS", "PAS"), "Random poses")
 
 
 def maa_vs_pas(outliers: pd.DataFrame, length: pd.DataFrame, collinear: pd.DataFrame) -> Figure:

@@ -32,6 +32,9 @@ COLOURS = {
 }
 OTHER_COLOURS = ("cividis", 0.00, 0.20, 0.85)
 
+# Neighbouring curves differ without colour: every second one is dashed.
+DASH, GAP = 3.0, 1.2  # in points
+
 TICKS = {  # on either axis
     "color": INK,
     "labelsize": SMALL,
@@ -60,6 +63,7 @@ SETTINGS: dict[Any, Any] = {  # the font is Matplotlib's own, the same on every 
     "grid.color": "0.86",
     "grid.linewidth": 0.35,
     "lines.linewidth": 0.8,
+    "lines.scale_dashes": False,  # thin lines have the same dashes as thick ones
     "lines.solid_capstyle": "butt",
     "patch.linewidth": 0,
     **{f"{axis}tick.{key}": value for axis in "xy" for key, value in TICKS.items()},
@@ -87,6 +91,11 @@ def colours(column: str, count: int) -> list[Colour]:
     name, first, second, last = COLOURS.get(column, OTHER_COLOURS)
     positions = [first, *np.linspace(last, second, count - 1)[::-1]]
     return [(r, g, b) for r, g, b, _ in matplotlib.colormaps[name](positions).tolist()]
+
+
+def dashes(count: int) -> list[Any]:
+    """Return the line style of each of `count` curves in their order."""
+    return [(0, (DASH, GAP)) if j % 2 else "-" for j in range(count)]
 
 
 def direction(axes: Axes, *, larger_is_better: bool) -> None:

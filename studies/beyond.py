@@ -145,7 +145,7 @@ NAMES = {"HalfDistance": "half\ndist.", "HalfAngle": "half\nangle", "Median-1": 
 def draw(table: pd.DataFrame) -> Figure:
     """Figure: what each metric still orders in the scenarios of a study."""
     scenarios = table.drop_duplicates("scenario")
-    size = (style.PAGE, 0.75 + ROW * len(scenarios))
+    size = (style.PAGE, 0.85 + ROW * len(scenarios))
     figure = Figure(figsize=size, layout="constrained")
     both = figure.subplots(1, 2, sharey=True)
     for axes, (column, (title, remark)) in zip(both, PANELS.items(), strict=True):
@@ -157,8 +157,9 @@ def draw(table: pd.DataFrame) -> Figure:
     both[0].set_yticks(range(len(labels)), labels)
     both[0].invert_yaxis()
     figure.supxlabel(
-        "Right order of two trials at neighbouring levels, %, the smallest; 50 is chance. White, "
-        "below two of three: does not order.",
+        "How often two trials at neighbouring levels are in the right order, in %: the lowest "
+        "value over\nthe numbers of outliers (left) or the noise levels (right). 50 is chance; "
+        "white, below two thirds, does not order.",
         fontsize=style.SMALL,
         color=style.FAINT,
     )

@@ -183,11 +183,11 @@ class Effect:
 
 
 EFFECTS: Mapping[str, Effect] = {
-    "noise_order": Effect("Noise, %", noise_order),
-    "outlier_order": Effect("Outliers, %", outlier_order),
-    "majority_order": Effect("Most lost, %", noise_order, part="majority"),
-    "noise_range": Effect("Noise range", noise_range),
-    "camera_dependence": Effect("Cameras, %", camera_dependence, False, "length"),
+    "noise_order": Effect("Noise order, %", noise_order),
+    "outlier_order": Effect("Outlier order, %", outlier_order),
+    "majority_order": Effect("Noise order, %,\n80 % outliers", noise_order, part="majority"),
+    "noise_range": Effect("Range over\nnoise", noise_range),
+    "camera_dependence": Effect("Change with\ncameras, %", camera_dependence, False, "length"),
 }
 """The effects by their columns in the table of the study; see `effects`."""
 
@@ -259,6 +259,10 @@ TITLES = {
     "prescreen": "prescreening threshold",
     "order": "m as share of n",
 }
+HEADS = """\
+Order: how often two trials at neighbouring levels are in the right order; 50 % is chance.
+Range: of the mean score over the noise levels. Change: of the mean score over the numbers of \
+cameras, in % of the range of all means."""
 ROW = 0.118  # inches
 DOT: dict[str, Any] = {"marker": "o", "ms": 3.2, "mew": 0.7, "mec": style.INK}
 
@@ -267,7 +271,7 @@ def draw(table: pd.DataFrame) -> Figure:
     """Figure: what other thresholds do."""
     # The row of each value, with a line for a title above each axis.
     table = table.assign(row=table.index + pd.factorize(table["axis"])[0] + 1)
-    height = 0.9 + ROW * (table["row"].max() + 1)
+    height = 1.25 + ROW * (table["row"].max() + 1)
     figure = Figure(figsize=(style.PAGE, height), layout="constrained")
     panels = figure.subplots(1, len(EFFECTS), sharey=True)
     for axes, (name, effect) in zip(panels, EFFECTS.items(), strict=True):
@@ -285,6 +289,7 @@ def draw(table: pd.DataFrame) -> Figure:
     figure.legend(
         list(handles.values()),
         list(handles),
+        title=HEADS,
         loc="outside lower center",
         ncols=len(handles),
         columnspacing=1.6,

@@ -4,10 +4,14 @@ import argparse
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from ..evaluation.settings import Settings
+from ..metrics import metric
 from ..show.evo import POSE_RELATIONS
 from ..similarity import ALIGNMENTS
+from ..texts import first_few
 
 __all__ = ["ELSEWHERE", "add_alignment", "add_pose_relation", "alignment_of", "check_pose_relation"]
+__all__ += ["metrics_with_scale"]
 
 POSITIONS = "trans_part"
 VALUES = {"angle_deg": "are:rmse", "point_distance": "ate:rmse"}  # as metrics
@@ -65,6 +69,23 @@ def alignment_of(
     if chosen not in (default, alignment):
         error(f"{option} is --alignment {alignment}, and --alignment is {chosen}; leave one out")
     return alignment
+
+
+def metrics_with_scale(settings: Settings) -> str:
+    """Return a note on metrics of evo that remove the scale, which other scores keep."""
+    if settings.alignment == "similarity":
+        return ""
+    by_default = []
+    for name in settings.metrics:
+        choices = metric(name).options.get("alignment", ())
+        if choices and not {*choices} & {*str(name).lower().split(":")}:
+            by_default.append(str(name))
+    if not by_default:
+        return ""
+    return (
+        f"{first_few(by_default)}: aligned as by -as of evo, whatever --alignment is here; "
+        f"{by_default[0]}:se3 is the value of its -a, {by_default[0]}:none without alignment"
+    )
 
 
 def add_pose_relation(add: Callable[..., Any]) -> None:

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from ..evaluation.settings import ABOUT, SCORES, Settings
 from ..texts import printable
-from .evo import ELSEWHERE, add_alignment, alignment_of
+from .evo import ELSEWHERE, add_alignment, alignment_of, metrics_with_scale
 from .output import OUTPUTS, PRINTED, STDOUT, print_note
 
 __all__ = ["Parser"]
@@ -105,9 +105,12 @@ class Parser(argparse.ArgumentParser):
         if arguments.align:
             print_note(f"-a{'s' * arguments.correct_scale}: --alignment {values['alignment']}")
         try:
-            return Settings(**{name: values[name] for name in ABOUT if name in values})
+            settings = Settings(**{name: values[name] for name in ABOUT if name in values})
         except ValueError as error:
             self.error(str(error))
+        if note := metrics_with_scale(settings):
+            print_note(note)
+        return settings
 
     def error(self, message: str) -> NoReturn:
         """End with the message, and where to find the usage."""

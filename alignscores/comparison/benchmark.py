@@ -19,7 +19,7 @@ __all__ = ["Benchmark", "Estimates", "Run", "from_files", "from_patterns", "read
 FIELDS = ("sequence", "system", "run")
 # Keys of a YAML file, of an entry of `sequences`, and of an entry of `systems`.
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
-SEQUENCE_KEYS = ("format", "t_offset", "frames", "unit")
+SEQUENCE_KEYS = ("format", "t_offset", "t_start", "t_end", "frames", "unit")
 SYSTEM_KEYS = ("est_format", "runs", "invert", "t_offset")
 
 FilePath = str | Path

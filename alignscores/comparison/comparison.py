@@ -400,10 +400,15 @@ def _tasks(
 def _notes_on_ends(errors: Mapping[Run, Errors]) -> list[tuple[str, str]]:
     """Return sequence and text of the notes on time that no run of a sequence covers."""
     notes: list[tuple[str, str]] = []
-    for sequence in dict.fromkeys(run.sequence for run in errors):
+    sequences = list(dict.fromkeys(run.sequence for run in errors))
+    for sequence in sequences:
         of_sequence = [errors[run] for run in errors if run.sequence == sequence]
         timed = [entry for entry in of_sequence if entry.timed]
-        uncovered = ends_notes([entry.time for entry in timed], [entry.covered for entry in timed])
+        stamps, covered = [entry.time for entry in timed], [entry.covered for entry in timed]
+        option = "--{} {:.3f}"
+        if len(sequences) > 1:
+            option = f"sequences: {sequence}: {{}}: {{:.3f}} in a YAML file"
+        uncovered = ends_notes(stamps, covered, option)
         notes += [(sequence, str(note)) for note in uncovered]
     return notes
 

@@ -18,7 +18,7 @@ from ..thresholds import tas_distance, too_few_cameras
 from ..translation import TASResult, tas
 from ..validation import AlignmentWarning
 from .clock import Clock, find_clock
-from .conventions import find_convention, rotate_cameras
+from .conventions import find_conventions, rotate_cameras
 from .evaluation import Note
 from .hints import Scored
 from .lever import LeverArm, find_lever_arm, with_lever_arm
@@ -188,9 +188,9 @@ def _corrected(
     if lever_arm is not None:
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
-        convention = find_convention(matches.pose_references, estimate.poses[matches.pose_rows])
-        if not convention.mistake:
-            body_rotation = convention.body_rotation
+        found = find_conventions(matches.pose_references, estimate.poses[matches.pose_rows])
+        frames = [convention.body_rotation for convention in found if not convention.mistake]
+        body_rotation = frames[0] if frames else None
     poses = rotate_cameras(estimate.poses, body_rotation)
     return estimate._replace(poses=poses), lever_arm, body_rotation
 

@@ -32,9 +32,16 @@ from ..io import inverse_poses
 from ..registration import pcr99
 from ..validation import finite_rows
 
-__all__ = ["BOTH", "CORRECTIONS", "EST", "MIN_CAMERAS", "NEAR_DEG", "REF", "SAMPLE", "W_FIRST"]
-__all__ += ["W_LAST", "Convention", "describe_rotation", "find_convention", "fit_positions"]
-__all__ += ["is_common", "rotate_cameras"]
+__all__ = ["BOTH", "CORRECTIONS", "EST", "MAX_MISFIT", "MIN_CAMERAS", "NEAR_DEG", "REF", "SAMPLE"]
+__all__ += [
+    "W_FIRST",
+    "W_LAST",
+    "Convention",
+    "describe_rotation",
+    "find_conventions",
+    "fit_positions",
+]
+__all__ += ["fit_positions", "is_common", "rotate_cameras"]
 
 NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
@@ -67,18 +74,18 @@ class Convention:
     is_ambiguous: bool = False  # whether the other file may as well be the one
 
 
-def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
-    """Find the convention under which the finite ones of estimated poses fit their reference.
+def find_conventions(gt_poses: Floats, est_poses: Floats) -> list[Convention]:
+    """Find the conventions under which the finite ones of estimated poses fit their reference.
 
-    It is reported if it raises the RAS by 0.1, or where rotations and positions do not have the
+    They are reported if they raise the RAS by 0.1, or where rotations and positions do not have the
     same alignment by 0.3 or half of what is missing to 1: noise, lost cameras or drift fit under
     none so much better. Where both are inverted, their rotations may agree; then their positions
-    show it.
+    show it. Those that fit equally well are all reported, the likeliest first.
     """
     estimated = np.flatnonzero(finite_rows(est_poses))
     n = len(estimated)
     if n < MIN_CAMERAS:
-        return Convention()
+        return []
     rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
     positions = fit_positions(gt, est)
@@ -89,22 +96,24 @@ def find_convention(gt_poses: Floats, est_poses: Floats) -> Convention:
     if any(pair.side == BOTH for pair in inverted) and _step(inverse_poses(gt)) < _step(gt):
         min_ras = min_ras_inconsistent = _ras(gt, est, np.eye(3))[0] - EQUAL
     elif min_ras > 1:
-        return Convention()
+        return []
     fits = [_fit(pair, axes) for pair, axes in _candidates(original, inverted)]
     better = [
         fit for fit in fits if fit.ras >= (min_ras if fit.is_consistent else min_ras_inconsistent)
     ]
     better = [fit for fit in better if fit.is_consistent] or better
-    if not better:
-        return Convention()
-    highest = max(fit.ras for fit in better)
-    best, *others = [fit for fit in better if fit.ras > highest - EQUAL]
-    is_none = rotation_angles(best.body[None])[0] <= NEAR_DEG
-    is_ambiguous = any(
-        {best.side, fit.side} == {EST, REF} and np.allclose(fit.body, best.body, atol=1e-6)
-        for fit in others
-    )
-    return Convention(best.mistake, best.side, None if is_none else best.body, is_ambiguous)
+    highest = max((fit.ras for fit in better), default=0.0)
+    better = [fit for fit in better if fit.ras > highest - EQUAL]
+    conventions: dict[str, Convention] = {}
+    for fit in better:
+        is_none = rotation_angles(fit.body[None])[0] <= NEAR_DEG
+        is_ambiguous = any(
+            {other.side, fit.side} == {EST, REF} and np.allclose(other.body, fit.body, atol=1e-6)
+            for other in better
+        )
+        body = None if is_none else fit.body
+        conventions.setdefault(fit.mistake, Convention(fit.mistake, fit.side, body, is_ambiguous))
+    return list(conventions.values())
 
 
 class _Pair(NamedTuple):
@@ -300,6 +309,7 @@ class PositionFit(NamedTuple):
     The rotation is None where positions on a line, or that do not fit, leave it open.
     """
 
+    errors: Floats  # (n, 3), in the reference's frame
     misfit: float = np.inf
     rotation: Floats | None = None
     scale: float = np.nan
@@ -313,8 +323,10 @@ def fit_positions(gt_poses: Floats, est_poses: Floats) -> PositionFit:
     rank, rng = len(gt) // 2 + 1, np.random.default_rng(0)
     alignment, _ = pcr99(gt, est, rank=rank, n_hypotheses=300, rng=rng)
     if alignment is None or extent == 0:
-        return PositionFit()
-    misfit = float(np.median(alignment.position_errors(gt, est))) / extent
+        return PositionFit(centred)
+    errors = alignment.inverse().apply(est) - gt
+    misfit = float(np.median(np.linalg.norm(errors, axis=1))) / extent
     widths = np.linalg.svd(centred, compute_uv=False)
     has_rotation = misfit < min(MAX_MISFIT, widths[1] / widths[0])
-    return PositionFit(misfit, alignment.rotation if has_rotation else None, alignment.scale)
+    rotation = alignment.rotation if has_rotation else None
+    return PositionFit(errors, misfit, rotation, alignment.scale)

@@ -28,26 +28,30 @@ from .conventions import (
     EST,
     INVERTED,
     INVERTED_ROTATIONS,
+    MAX_MISFIT,
     MIN_CAMERAS,
     NEAR_DEG,
     REF,
     SAMPLE,
     Convention,
     describe_rotation,
-    find_convention,
+    find_conventions,
     fit_positions,
     is_common,
 )
 from .evaluation import Hint, Note
 from .settings import Settings
+from .time import nearest_stamps
 
 __all__ = ["Files", "Scored", "look", "rescue"]
 
 CLEAR = 0.1  # gain of a remedy
-SMALL, MIN_T = 0.01, 2.0  # or so small a one, of two standard errors
+SMALL, MIN_T = 0.01, 2.0  # or so small a one, of so many standard errors
+OUTLIER, ROUNDING = 3.0, 1e-12  # median errors; steps of a camera that stands still
 EQUAL = 0.02  # difference between remedies that are equally good
+FRAME_RATE = 10.0  # in Hz, of frames without stamps
 BLOCKS = 20  # stretches of time, for standard errors
-MOTION_DEG = 30.0  # largest rotation from one frame to the next
+MOTION_DEG, OUTLIERS = 30.0, 0.1  # largest rotation from one frame to the next, of all but so many
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MAX_RATIO = 30  # of the durations of two files in the same unit
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
@@ -125,16 +129,18 @@ def look(
     The score is the PAS, without rotations the TAS.
     """
     state = _State(reference, estimate, settings, scored, has_rotations)
-    for find, min_t in (
-        (_units_of_time, 0.0),  # steps and motions show these on their own
-        (_clocks, 0.0),
-        (_conventions, MIN_T),
-        (_increments, MIN_T),
-        (_units_of_length, MIN_T),
+    for find in (
+        _units_of_time,
+        _clocks,
+        _shifts,
+        _conventions,
+        _mirrored,
+        _increments,
+        _units_of_length,
     ):
         if state.score > 1 - SMALL:
             break
-        state = _tried(state, list(find(state, files)), min_t, attempt)
+        state = _tried(state, list(find(state, files)), attempt)
     return list(state.notes)
 
 
@@ -149,14 +155,14 @@ def rescue(
 ) -> str:
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, has_rotations)
-    for find in (_units_of_time, _clocks, _units_and_clocks, _increments):
-        tried = _tried(state, list(find(state, files)), MIN_T, attempt)
+    for find in (_units_of_time, _clocks, _units_and_clocks, _shifts, _increments):
+        tried = _tried(state, list(find(state, files)), attempt)
         if tried.notes:
             return str(tried.notes[0])
     return ""
 
 
-def _tried(state: _State, remedies: Sequence[_Remedy], min_t: float, attempt: Attempt) -> _State:
+def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _State:
     """Return the state with the best remedy, if that raises the score clearly.
 
     The likeliest come first.
@@ -167,7 +173,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy], min_t: float, attempt: At
         with suppress(*FAILURES), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scored = attempt(remedy.reference, remedy.estimate, settings)
-            scores.append((remedy.kind, scored.score))
+            scores.append((scored.score, remedy))
             if scored.score > best.score + (EQUAL if chosen else 0):
                 best = replace(
                     state,
@@ -177,22 +183,20 @@ def _tried(state: _State, remedies: Sequence[_Remedy], min_t: float, attempt: At
                     scored=scored,
                 )
                 chosen = remedy
-    if chosen is None or not best.scored or not _is_clear(state.scored, best.scored, min_t):
+    if chosen is None or not best.scored or not _is_clear(state.scored, best.scored):
         return state
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
-    gain = f"({before}{best.score:.3f} corrected)"
-    option = chosen.option
-    mirrored = max((score for kind, score in scores if kind == "mirrored"), default=0.0)
-    if chosen.kind != "mirrored" and mirrored > best.score - EQUAL:
-        option += (
-            f"; or two axes of a file are swapped or mirrored ({name} {mirrored:.3f} corrected)"
-        )
-    note = Hint(chosen.kind, f"{chosen.text} {gain}", option)
-    return replace(best, notes=(*state.notes, note))
+    option, said = chosen.option, {chosen.text}
+    for score, other in sorted(scores, key=lambda scored: -scored[0]):
+        if score > best.score - EQUAL and other.text not in said:
+            option += f"; or {other.text} ({name} {score:.3f} corrected); {other.option}"
+            said.add(other.text)
+    text = f"{chosen.text} ({before}{best.score:.3f} corrected)"
+    return replace(best, notes=(*state.notes, Hint(chosen.kind, text, option)))
 
 
-def _is_clear(before: Scored | None, after: Scored, min_t: float) -> bool:
+def _is_clear(before: Scored | None, after: Scored) -> bool:
     """Return whether a score is better by much, or by so many standard errors.
 
     The standard error comes from the means over stretches of time, if the frames are the same.
@@ -202,9 +206,14 @@ def _is_clear(before: Scored | None, after: Scored, min_t: float) -> bool:
         return gain >= CLEAR
     if len(before.frames) != len(after.frames):
         return True
-    parts = np.array_split(after.frames - before.frames, BLOCKS)
-    means = np.array([part.mean() for part in parts if len(part)])
-    return bool(gain >= min_t * np.std(means, ddof=1) / np.sqrt(len(means)))
+    return _t(after.frames - before.frames) >= MIN_T
+
+
+def _t(gains: Floats, stretches: int = BLOCKS) -> float:
+    """Return the mean in standard errors, from the means over stretches of time."""
+    means = np.array([part.mean() for part in np.array_split(gains, stretches) if len(part)])
+    error = np.std(means, ddof=1) / np.sqrt(len(means))
+    return float(means.mean() / max(error, np.finfo(float).tiny))
 
 
 def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
@@ -254,10 +263,11 @@ def _time_factors(stamps: Floats, differ: bool) -> list[float]:
     return [1.0, *(factor for factor in TIME_FACTORS if low <= step * factor <= high)]
 
 
-def _columns(state: _State, files: Files, names: dict[str, str]) -> str:
+def _columns(state: _State, files: Files, names: dict[str, str]) -> str | None:
     """Return the options that change what columns hold; an empty string for other files.
 
-    `names` has what stands for the time, the quaternion, or x and y, in the file of each side.
+    None where they hold that already. `names` has what stands for the time, the quaternion, or x
+    and y, in the file of each side.
     """
     settings, options = state.settings, {}
     for side, name in names.items():
@@ -273,6 +283,8 @@ def _columns(state: _State, files: Files, names: dict[str, str]) -> str:
         rows = [i for i, old in enumerate(columns) if old[0] in {word[0] for word in new}]
         if len(rows) != len(new):
             return ""
+        if [columns[row] for row in rows] == new:
+            return None
         for row, word in zip(rows, new, strict=True):
             columns[row] = word
         options[side] = " ".join(columns).rstrip(" -")
@@ -305,6 +317,46 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     )
 
 
+def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield the shift of frame numbers or rows, if it is certain: that of a clock at FRAME_RATE."""
+    reference, estimate = state.reference, state.estimate
+    if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "i":
+        return
+    if not state.settings.file_format.ordered or (state.scored and not _is_shifted(state.scored)):
+        return
+    clock = find_clock(
+        *(poses._replace(keys=poses.keys / FRAME_RATE) for poses in (reference, estimate))
+    )
+    shift = round(clock.seconds * FRAME_RATE) if clock and clock.certain else 0
+    if shift:
+        yield _Remedy(
+            "clock",
+            f"its frames are off by {abs(shift)}: its motions fit those of {files.reference} best "
+            f"if its frame 0 is frame {shift}",
+            "write the number of its frame before each pose",
+            reference,
+            estimate._replace(keys=estimate.keys + shift),
+        )
+
+
+def _is_shifted(scored: Scored) -> bool:
+    """Return whether cameras turn, or move, more alike if one file comes a frame later."""
+    known, sizes = finite_rows(scored.est_poses), []
+    if known.sum() < MIN_CAMERAS:
+        return False
+    for poses in (scored.gt_poses[known], scored.est_poses[known]):
+        rotations = poses[:, :3, :3]
+        angles = rotation_angles(rotations[:-1].swapaxes(1, 2) @ rotations[1:])
+        steps = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
+        sizes.append(angles if angles.any() else steps / max(np.median(steps), ROUNDING))
+    gt, est = sizes
+    now, *shifted = (
+        np.median(np.abs(first - second))
+        for first, second in ((gt, est), (gt[1:], est[:-1]), (gt[:-1], est[1:]))
+    )
+    return bool(min(shifted) < now)
+
+
 def _units_and_clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield units of time under which the offset of the clocks is certain."""
     for units in _units_of_time(state, files):
@@ -318,27 +370,27 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield the convention of either file, with what corrects it, and mirrored axes."""
     if not state.scored:
         return
-    convention = Convention()
+    found: list[Convention] = []
     if state.has_rotations:
-        convention = find_convention(state.scored.gt_poses, state.scored.est_poses)
-    frame = ""
-    if convention.body_rotation is not None:
-        frame = (
-            f"the camera frame of {files.estimate} is rotated against that of {files.reference}, "
-            f"{describe_rotation(convention.body_rotation)}"
-        )
-    changes = {"body_rotation": "auto"} if frame else {}
-    if convention.mistake:
-        yield _of_convention(state, files, convention, frame, changes)
-        if convention.mistake == INVERTED_ROTATIONS:
-            inverted = replace(convention, mistake=INVERTED)  # which poor positions may hide
-            yield _of_convention(state, files, inverted, frame, changes)
-    elif frame:
-        option = "--body_rotation auto removes it"
-        if _may_both_be_inverted(state.scored, convention.body_rotation):
-            option += "; if both files are world-to-camera, --ref_invert --est_invert instead"
-        yield _Remedy("frame", frame, option, state.reference, state.estimate, changes)
-    if convention.mistake or frame or _fits_mirrored(state.scored, state.settings):
+        found = find_conventions(state.scored.gt_poses, state.scored.est_poses)
+    # Poor positions may hide that poses are inverted.
+    found += [replace(of, mistake=INVERTED) for of in found if of.mistake == INVERTED_ROTATIONS]
+    for convention in found:
+        frame, body_rotation = "", convention.body_rotation
+        if body_rotation is not None:
+            frame = (
+                f"the camera frame of {files.estimate} is rotated against that of "
+                f"{files.reference}, {describe_rotation(body_rotation)}"
+            )
+        changes = {"body_rotation": "auto"} if frame else {}
+        if convention.mistake:
+            yield from _of_convention(state, files, convention, frame, changes)
+        elif frame:
+            option = "--body_rotation auto removes it"
+            if _may_both_be_inverted(state.scored, body_rotation):
+                option += "; if both files are world-to-camera, --ref_invert --est_invert instead"
+            yield _Remedy("frame", frame, option, state.reference, state.estimate, changes)
+    if found:
         yield from _mirrors(state, files)  # on a plane, both have much the same effect
 
 
@@ -357,8 +409,8 @@ def _may_both_be_inverted(scored: Scored, body_rotation: Floats | None) -> bool:
 
 def _of_convention(
     state: _State, files: Files, convention: Convention, frame: str, changes: dict[str, Any]
-) -> _Remedy:
-    """Return what corrects the convention of poses or rotations."""
+) -> Iterator[_Remedy]:
+    """Yield what corrects the convention of poses or rotations, unless the file says otherwise."""
     reference, estimate, settings = state.reference, state.estimate, state.settings
     mistake, correct = convention.mistake, CORRECTIONS[convention.mistake]
     sides = [REF, EST] if convention.side == BOTH else [convention.side]
@@ -391,11 +443,13 @@ def _of_convention(
         option = "transpose them in the file"
     else:
         text = f"the quaternions of {names} seem to have w at the wrong end"
-        option = _columns(state, files, dict.fromkeys(sides, mistake))
-        option = f"name their order with {option}" if option else "reorder them"
+        columns = _columns(state, files, dict.fromkeys(sides, mistake))
+        if columns is None:
+            return
+        option = f"name their order with {columns}" if columns else "reorder them"
     text += f", and {frame}" if frame else ""
     kind = mistake if mistake in (INVERTED, INVERTED_ROTATIONS) else "quaternions"
-    return _Remedy(kind, text, option, ref, est, changes)
+    yield _Remedy(kind, text, option, ref, est, changes)
 
 
 def _sample(scored: Scored) -> Indices:
@@ -404,24 +458,39 @@ def _sample(scored: Scored) -> Indices:
     return np.asarray(rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)])
 
 
+def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield mirrored axes, where mirrored positions fit better, or that depends on the mirror."""
+    said = {note.kind for note in state.notes}
+    if state.scored and "mirrored" not in said and _fits_mirrored(state.scored, state.settings):
+        yield from _mirrors(state, files)
+
+
 def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
-    """Return whether mirrored positions fit better, or that depends on the mirror."""
+    """Return whether mirrored positions move more like the reference's, by so many standard errors.
+
+    Drift may well mirror a path, such as the height of a road, but hardly its motions. Those of
+    longer stretches have larger errors if it is alike in neighbouring ones.
+    """
     rows = _sample(scored)
-    if len(rows) < MIN_CAMERAS:
-        return False
+    if len(rows) < MIN_CAMERAS or settings.alignment in ("yaw", "none"):
+        return len(rows) >= MIN_CAMERAS
     gt, est = scored.gt_poses[rows], scored.est_poses[rows]
-    flip = np.diag([1.0, 1.0, -1.0, 1.0])
-    fixed = settings.alignment in ("yaw", "none")
-    return fixed or fit_positions(gt, flip @ est).misfit < fit_positions(gt, est).misfit
+    flip, step = np.diag([1.0, 1.0, -1.0, 1.0]), -(-len(rows) // (3 * BLOCKS))
+    fits = [fit_positions(gt, poses) for poses in (est, flip @ est)]
+    if fits[1].misfit < min(MAX_MISFIT, fits[0].misfit / 3):
+        return True
+    cap = OUTLIER**2 * min(np.median((fit.errors**2).sum(axis=1)) for fit in fits)
+    squares = [((fit.errors[step:] - fit.errors[:-step]) ** 2).sum(axis=1) for fit in fits]
+    gains = np.minimum(squares[0], cap) - np.minimum(squares[1], cap)
+    return all(_t(gains, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
 
 
 def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield swapped columns of a file without rotations, and a mirrored reference."""
     reference, estimate = state.reference, state.estimate
     text = (
-        f"{files.reference} and {files.estimate} are mirror images: the reference is left-handed, "
-        "as Unity's and Unreal's frames are, or has two axes swapped, such as north and east; or "
-        "the estimate"
+        f"two axes of {files.reference} or of {files.estimate} seem to be swapped or mirrored, as "
+        "of a map's north and east, or of a left-handed frame such as Unity's and Unreal's"
     )
     positions = reference.poses.copy()
     positions[:, :3, 3] @= MIRRORS[0]
@@ -454,56 +523,69 @@ def _has_constant(trajectory: Trajectory) -> bool:
 
 
 def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield rows that are motions from frame to frame, multiplied to poses."""
+    """Yield rows that are motions from frame to frame, multiplied to poses.
+
+    Their positions fit much better then.
+    """
     reference, estimate = state.reference, state.estimate
-    if not state.settings.file_format.ordered or not state.has_rotations or state.score > 0.6:
+    if not state.settings.file_format.ordered or not state.has_rotations:
         return
-    if not (finite_rows(reference.poses).all() and finite_rows(estimate.poses).all()):
-        return
-    n = len(estimate.keys)
-    rows = reference.keys.dtype.kind == "i"
-    if not state.scored and not (rows and n == len(reference.keys) - 1):
-        return
-    sample = np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)
     now = np.inf
-    if n == len(reference.keys):
-        now = fit_positions(reference.poses[sample], estimate.poses[sample]).misfit
+    if state.scored:
+        rows = _sample(state.scored)
+        if len(rows) < MIN_CAMERAS:
+            return
+        now = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows]).misfit
+    starts_later = estimate.keys.dtype.kind == "i" and len(estimate.keys) == len(reference.keys) - 1
+    if not state.scored and not starts_later:
+        return
+    sides = [EST, REF] if now > MAX_MISFIT else []
     # The product of poses of a common frame can hide noise: both files must look like motions.
-    both = [BOTH] if _hardly_rotates(reference) and _hardly_rotates(estimate) else []
-    for side, inverse in product((EST, REF, *both), (False, True)):
+    if _hardly_rotates(reference) and _hardly_rotates(estimate):
+        sides.append(BOTH)
+    for side, inverse in product(sides, (False, True)):
         ref, est = (
-            trajectory._replace(poses=_product(trajectory.poses, inverse))
-            if side in (changed, BOTH)
-            else trajectory
+            _multiplied(trajectory, inverse) if side in (changed, BOTH) else trajectory
             for changed, trajectory in ((REF, reference), (EST, estimate))
         )
-        if n < len(ref.keys) and rows and side == EST:  # the first pose is the identity
+        if not state.scored and side == EST:  # the first pose is the identity
             est = Trajectory(ref.keys, np.concatenate([np.eye(4)[None], est.poses]))
-        if len(ref.keys) == len(est.keys):
-            fit = fit_positions(ref.poses[sample], est.poses[sample]).misfit
-            if fit > (0.15 if side == BOTH else min(0.15, now / 3)):
-                continue
+        if _misfit(ref, est) > min(MAX_MISFIT, now / 3):
+            continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
         yield _Remedy("increments", text, "write their product, pose by pose", ref, est)
 
 
+def _misfit(reference: Trajectory, estimate: Trajectory) -> float:
+    """Return the misfit of some positions whose keys are the same, or the nearest stamps."""
+    estimated = np.flatnonzero(finite_rows(estimate.poses))
+    nearest, distance = nearest_stamps(reference.keys, estimate.keys[estimated])
+    gt, est = reference.poses[nearest], estimate.poses[estimated]
+    rows = finite_rows(gt) & (distance <= np.median(np.diff(reference.keys)) / 2)
+    if rows.sum() < MIN_CAMERAS:
+        return np.inf
+    rows = np.flatnonzero(rows)[np.linspace(0, rows.sum() - 1, min(SAMPLE, rows.sum())).astype(int)]
+    return fit_positions(gt[rows], est[rows]).misfit
+
+
 def _hardly_rotates(trajectory: Trajectory) -> bool:
-    """Return whether all rotations are small, as from frame to frame, and not all the same."""
-    rotations = trajectory.poses[:, :3, :3]
-    small = np.trace(rotations, axis1=1, axis2=2).min() > 1 + 2 * np.cos(np.radians(MOTION_DEG))
+    """Return whether most rotations are small, as from frame to frame, and not all the same."""
+    rotations = trajectory.poses[finite_rows(trajectory.poses), :3, :3]
+    traces = np.trace(rotations, axis1=1, axis2=2)
+    small = len(traces) and np.quantile(traces, OUTLIERS) > 1 + 2 * np.cos(np.radians(MOTION_DEG))
     return bool(small) and not _has_constant(trajectory)
 
 
-def _product(poses: Floats, inverse: bool) -> Floats:
-    """Return the poses to which motions from frame to frame multiply."""
-    steps = inverse_poses(poses) if inverse else poses
-    products = np.empty_like(steps)
-    pose = np.eye(4)
-    for row, step in enumerate(steps):
+def _multiplied(trajectory: Trajectory, inverse: bool) -> Trajectory:
+    """Return the poses to which motions from frame to frame multiply; lost ones stay lost."""
+    rows = np.flatnonzero(finite_rows(trajectory.poses))
+    steps = inverse_poses(trajectory.poses[rows]) if inverse else trajectory.poses[rows]
+    products, pose = np.full_like(trajectory.poses, np.nan), np.eye(4)
+    for n, (row, step) in enumerate(zip(rows, steps, strict=True)):
         pose = pose @ step
-        pose[:3, :3] = project_to_rotation(pose[:3, :3]) if row % 100 == 99 else pose[:3, :3]
+        pose[:3, :3] = project_to_rotation(pose[:3, :3]) if n % 100 == 99 else pose[:3, :3]
         products[row] = pose
-    return products
+    return trajectory._replace(poses=products)
 
 
 def _units_of_length(state: _State, files: Files) -> Iterator[_Remedy]:

@@ -145,6 +145,9 @@ def check_scorable(
         if matches.n_rig_frames:
             n, what = matches.n_rig_frames, "rig frames"
         remedy = "--unit sets it"
+        positions = reference.positions
+        if n > 1 and (positions == positions[0]).all():
+            raise ValueError(f"the reference stands still: all of its {n} {what} have one position")
         if n < 4:
             reason = f"the reference has {n} {what}, and it takes 4"
         else:

@@ -278,10 +278,13 @@ def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
     )
 
 
-def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[Note]:
+def ends_notes(
+    expected: Sequence[Floats], covered: Sequence[Booleans], option: str = "--{} {:.3f}"
+) -> list[Note]:
     """Note that no estimate covers the first or the last second of the expected time.
 
-    Each estimate has the stamps of its expected frames, and whether it covers each.
+    Each estimate has the stamps of its expected frames, and whether it covers each. The option says
+    how to name a setting and its value.
     """
     if not any(map(np.any, covered)):
         return []
@@ -289,16 +292,16 @@ def ends_notes(expected: Sequence[Floats], covered: Sequence[Booleans]) -> list[
     with_pose = frames[np.concatenate(covered)]
     first, last = with_pose.min(), with_pose.max()
     ends = (
-        ("first", first - frames.min(), f"--t_start {first:.3f}"),
-        ("last", frames.max() - last, f"--t_end {last:.3f}"),
+        ("first", first - frames.min(), option.format("t_start", first)),
+        ("last", frames.max() - last, option.format("t_end", last)),
     )
     return [
         Note(
             "ends",
             f"no estimate covers the {which} {seconds:.1f} s of the reference",
-            f"they count as lost; if no system was run there, {option} leaves them out",
+            f"they count as lost; if no system was run there, {remedy} leaves them out",
         )
-        for which, seconds, option in ends
+        for which, seconds, remedy in ends
         if seconds > 1
     ]
 

@@ -134,9 +134,7 @@ def find(name: str, metrics: Sequence[Metric], which: str = LISTED) -> Metric:
     lower = {example.lower(): example for example in same or examples}
     close = get_close_matches(wanted, lower, n=3, cutoff=0 if same else 0.6)
     suggestion = f"close to it are {', '.join(lower[key] for key in close)}"
-    raise ValueError(
-        f"unknown metric {name!r}; {suggestion if close else which}"
-    )
+    raise ValueError(f"unknown metric {name!r}; {suggestion if close else which}")
 
 
 def _split(name: str) -> tuple[str, str, list[str]]:

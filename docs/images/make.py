@@ -1,7 +1,7 @@
 """Draw the pictures of README, the first page and Start, from the flight in ``tests/data``.
 
 ``python docs/images/make.py [FOLDER]`` writes them next to this script, or to another folder.
-``snakemake figures`` and the studies draw the others.
+``snakemake figures`` and the studies draw the others; here they are reduced to 256 colours.
 """
 
 import subprocess

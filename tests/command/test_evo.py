@@ -192,6 +192,21 @@ def test_options_that_mean_the_same(run, options, alignment, note):
     assert ("alignscores: note: -a" in err) == bool(note)
 
 
+@pytest.mark.parametrize(
+    ("metrics", "note"),
+    [
+        ("ate:rmse,are,tas", "ate:rmse, are: aligned as by -as of evo"),
+        ("ate:rmse:se3,rpe@1f:none", ""),
+    ],
+)
+def test_metrics_of_evo_keep_their_alignment(run, metrics, note):
+    """A user of evo takes ``-a --metrics ate:rmse`` for the value of ``evo_ape -a``."""
+    err = run(*TUM, "-a", "--metrics", metrics)[2]
+    assert ("aligned as by -as" in err) == bool(note)
+    assert note in err
+    assert "aligned as by -as" not in run(*TUM, "-as", "--metrics", metrics)[2]
+
+
 def test_the_plot_window_of_p(run):
     assert run(*TUM, "-p")[2] == run(*TUM, "--plot")[2]
 

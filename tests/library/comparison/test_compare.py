@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 
 import numpy as np
 import pytest
@@ -121,7 +122,9 @@ def test_a_distance_that_no_run_is_given_is_no_failure(benchmark_of, compare, tm
     )
 
 
-def test_time_that_no_run_of_a_sequence_covers_is_one_note(benchmark_of, tmp_path, monkeypatch):
+def test_time_that_no_run_of_a_sequence_covers_is_one_note(
+    benchmark_of, compare, tmp_path, monkeypatch
+):
     """On one no run has the last 4 s, on the other a single one does."""
     patterns = benchmark_of({"a": (0.1, 1.0, 1, 0.5), "b": (0.1, 1.0, 1, 0.5)}, n=100)
     benchmark_of({"b": (0.1, 1.0, 1, 0.0)}, ["car"], runs=1, n=100)
@@ -129,5 +132,12 @@ def test_time_that_no_run_of_a_sequence_covers_is_one_note(benchmark_of, tmp_pat
     notes = library_compare(*patterns[1:], format="tum").notes
     (note,) = (note for note in notes if "no estimate covers" in note)
     assert note.startswith("helix: no estimate covers the last 4.0 s of the reference; they")
+    entry = re.search("sequences: (helix): t_end: ([0-9.]+) in a YAML file", note)
+    assert entry, note
+    (tmp_path / "benchmark.yaml").write_text(
+        "format: tum\nreference: '{sequence}/gt.txt'\nestimate: '{sequence}/{system}/{run}.txt'\n"
+        f"sequences: {{ {entry[1]}: {{ t_end: {entry[2]} }} }}\n"
+    )
+    assert not any("no estimate covers" in note for note in compare("benchmark.yaml")["notes"])
     notes = library_compare(*patterns[1:], format="tum", missing="ignore").notes
     assert not any("no estimate covers" in note for note in notes)

@@ -55,12 +55,19 @@ def test_grey_and_bars_are_the_ranges_over_all_trials(draw, run):
 
 def test_the_key_has_the_colours_of_lines_and_bars(draw):
     (key,) = keys(draw("outliers"))
-    assert key.get_title().get_text() == "number of outliers"
+    assert key.get_title().get_text() == "Random positions: number of outliers"
     assert texts(key) == COUNTS
-    colours = [to_rgb(patch.get_facecolor()) for patch in key.get_patches()]
+    colours = [to_rgb(line.get_color()) for line in key.get_lines()]
     for axes in draw("outliers").axes:
         assert [to_rgb(line.get_color()) for line in axes.lines] == colours
         assert [to_rgb(bar.get_facecolor()) for bar in axes.containers[1]] == colours
+
+
+def test_neighbouring_curves_differ_without_colour(draw):
+    (key,) = keys(draw("outliers"))
+    for drawn in (key, *draw("outliers").axes):
+        dashed = [line.get_linestyle() == "--" for line in drawn.get_lines()]
+        assert dashed == [False, True, False, True, False, True, False]
 
 
 def test_curves_that_coincide_are_stripes(draw):
@@ -92,7 +99,9 @@ def test_units_directions_and_scales_are_those_of_the_metrics(draw):
 def test_a_logarithmic_axis_has_no_bars_whose_heights_would_be_ratios(draw):
     collinear = panels(draw("collinear"))
     assert [len(collinear[name].containers) for name in ("ATE ↓", "TAS ↑")] == [1, 2]
-    assert [text.get_text() for text in collinear["ATE ↓"].texts] == ["no bars"]
+    for name, bars in (("collinear", "of this colour (linear axes)"), ("outliers", "colour")):
+        (explained,) = draw(name).legends
+        assert texts(explained)[-1].endswith(bars)
 
 
 def test_figure_7_has_a_block_for_each_experiment(draw, run):
