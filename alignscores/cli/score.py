@@ -58,7 +58,8 @@ examples:
 exit codes: 0 scored, 1 something could not be scored, 2 wrong usage
 """
 EVERYDAY = {
-    *("t_max_diff", "t_offset", "rate", "max_gap", "invert", "alignment", "missing", "metrics"),
+    *("t_max_diff", "t_offset", "t_start", "t_end", "sync", "rate", "max_gap", "invert", "align"),
+    *("alignment", "missing", "metrics"),
     *("show", "output", "plot", "save_plot", "save_page"),
     *("verbose", "version"),
 }

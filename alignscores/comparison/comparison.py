@@ -346,11 +346,11 @@ def compare_runs(
     """Score and compare all runs; what is wrong with one does not stop the others."""
     if isinstance(settings.frames, tuple):
         raise ValueError("frames must be a file, or a pattern with {sequence}, of each sequence")
-    metrics = tuple(name for name in settings.metrics if name not in SCORES)  # there anyway
-    settings = replace(settings, format=benchmark.format, metrics=metrics)
+    settings = replace(settings, format=benchmark.format)
     by = metric(by).name
-    if by not in (*SCORES, *metrics):
-        raise ValueError(f"by must be one of {', '.join([*SCORES, *metrics])}, not {by}")
+    names = list(dict.fromkeys([*SCORES, *settings.metrics]))
+    if by not in names:
+        raise ValueError(f"by must be one of {', '.join(names)}, not {by}")
     problems = list(benchmark.problems)
     notes: list[tuple[str, str]] = []
     tasks: list[Task] = []

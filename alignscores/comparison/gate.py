@@ -66,6 +66,8 @@ def _condition(text: str, by: str, metrics: Collection[str]) -> Condition:
     limit = float(limit_text) / (100 if percent else 1)
     name = name if name in (*SHARES, *metrics) else metric(name).name
     names = [*metrics, *SHARES] if relation in "<>" else metrics
+    if percent and name not in SHARES:
+        raise ValueError(f"{text!r}: only {' and '.join(SHARES)} are in per cent; write {limit:g}")
     if name not in names:
         raise ValueError(f"{text!r}: {name} must be one of {', '.join(names)}")
     return Condition(name, relation, limit)

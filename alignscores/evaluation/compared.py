@@ -165,6 +165,7 @@ def notes_on_matching(
             matches.matched / len(matches.expected_rows) for matches in (outcome.matches, tried)
         )
         remedy = f"--sync interpolate covers {then:.0%} of the frames instead of {now:.0%}"
+        remedy += ", but errors then include the straight lines"
         notes.append(Note("sparse", text, remedy if then > now + WORTHWHILE_COVERAGE else ""))
     if n_rig_frames := outcome.matches.n_rig_frames:
         text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"

@@ -185,9 +185,9 @@ def chance(evaluation: Evaluation) -> Note | None:
     """Note a TAS below twice the chance level, the TAS of a camera that never moves."""
     if evaluation.chance <= 0.05 or evaluation.tas >= 2 * evaluation.chance:
         return None
-    text = f"a camera that never moves would have a TAS of {evaluation.chance:.2f}"
+    text = f"the TAS is less than twice that of a camera that never moves, {evaluation.chance:.2f}"
     why_so = "the reference stands still for much of the time, or has few frames"
-    return Note("chance", f"{text}: {why_so}")
+    return Note("chance", f"{text}: {why_so}", "the half distance tells more")
 
 
 def indistinguishable(evaluation: Evaluation) -> Note | None:
@@ -265,12 +265,13 @@ def _stretch(seconds: Floats, far: Booleans) -> str:
 def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
     """Return the notes on a reference: time at its ends that no estimate covers.
 
-    Stamps in a wrong unit say nothing of it.
+    Stamps in a wrong unit say nothing of it, nor do poses that miss those of a sparse one.
     """
     matches = [
         evaluation.matches
         for evaluation in evaluations
-        if evaluation.matches.timed and not any(note.kind == "units" for note in evaluation.notes)
+        if evaluation.matches.timed
+        and not any(note.kind in ("units", "sparse") for note in evaluation.notes)
     ]
     return ends_notes(
         [evaluation.keys for evaluation in matches],

@@ -262,7 +262,7 @@ def _checked(trajectory: Trajectory, whose: str) -> Trajectory:
     if n == 0:
         raise ValueError(f"the {whose} has no poses")
     if poses.shape not in ((n, 4, 4), (n, 3, 4)):
-        positions = "; for positions only call tas" if poses.shape == (n, 3) else ""
+        positions = "; for positions only, give rotations of NaN" if poses.shape == (n, 3) else ""
         raise ValueError(
             f"the poses of the {whose} must have shape ({n}, 4, 4) or ({n}, 3, 4), not "
             f"{poses.shape}{positions}"

@@ -222,7 +222,8 @@ def _draw_errors(part: SubFigure, scored: Sequence[Evaluation], _mode: str | Non
         axes.margins(x=0)
         n_rows = max(len(drawn.deficits) for drawn in curves) if len(scored) == 1 else len(scored)
         pad = 8 + (11 if len(scored) == 1 else 4) * min(n_rows, N_NAMED)
-        title = f"{what}; bars: what costs the {name} most, as shares of 1 − {name}"
+        title = f"{what}; bars: what costs the {name} most"
+        title += f", as shares of 1 − {name}" if len(scored) == 1 else ""
         axes.set_title(title, pad=pad)
     panels[1].set_xlabel(f"{time_label(scored[0])} (shaded: lost; dotted: largest threshold)")
 

@@ -261,6 +261,6 @@ def terms(scored: Sequence[Evaluation]) -> list[tuple[str, str]]:
         (
             "cost",
             "what frames cost a score; all costs add up to 1 - score. Listed are the stretches "
-            "that cost most in excess of as many average frames, and the rest",
+            "where frames cost more than the average frame, and the rest",
         ),
     ]

@@ -152,7 +152,7 @@ def test_the_score_of_a_camera_that_never_moves(stands):
     noted = [note.text for note in bad.notes if note.kind == "chance"]
     assert len(noted) == stands
     if stands:
-        assert f"never moves would have a TAS of {chance:.2f}" in noted[0]
+        assert f"that of a camera that never moves, {chance:.2f}" in noted[0]
 
 
 def test_quaternions_with_w_at_the_wrong_end(run, score, lines, write):
