@@ -132,11 +132,11 @@ def look(
     state = _State(reference, estimate, settings, scored, has_rotations)
     for find in (
         _units_of_time,
+        _increments,  # which would pass for late poses
         _clocks,
         _shifts,
         _conventions,
         _mirrored,
-        _increments,
         _units_of_length,
     ):
         if state.score > 1 - SMALL:
