@@ -112,6 +112,7 @@ class _Remedy:
     reference: Trajectory
     estimate: Trajectory
     changes: dict[str, Any] = field(default_factory=dict)
+    min_t: float = MIN_T  # 0 for what steps or rotations show on their own
 
 
 def look(
@@ -131,11 +132,11 @@ def look(
     state = _State(reference, estimate, settings, scored, has_rotations)
     for find in (
         _units_of_time,
+        _increments,  # which would pass for late poses
         _clocks,
         _shifts,
         _conventions,
         _mirrored,
-        _increments,
         _units_of_length,
     ):
         if state.score > 1 - SMALL:
@@ -183,7 +184,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _Sta
                     scored=scored,
                 )
                 chosen = remedy
-    if chosen is None or not best.scored or not _is_clear(state.scored, best.scored):
+    if chosen is None or not best.scored or not _is_clear(state.scored, best.scored, chosen.min_t):
         return state
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
@@ -196,7 +197,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _Sta
     return replace(best, notes=(*state.notes, Hint(chosen.kind, text, option)))
 
 
-def _is_clear(before: Scored | None, after: Scored) -> bool:
+def _is_clear(before: Scored | None, after: Scored, min_t: float) -> bool:
     """Return whether a score is better by much, or by so many standard errors.
 
     The standard error comes from the means over stretches of time, if the frames are the same.
@@ -206,7 +207,7 @@ def _is_clear(before: Scored | None, after: Scored) -> bool:
         return gain >= CLEAR
     if len(before.frames) != len(after.frames):
         return True
-    return _t(after.frames - before.frames) >= MIN_T
+    return _t(after.frames - before.frames) >= min_t
 
 
 def _t(gains: Floats, stretches: int = BLOCKS) -> float:
@@ -247,6 +248,7 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
             f"{option} names the unit" if option else "write seconds",
             ref,
             est,
+            min_t=0.0,
         )
 
 
@@ -314,6 +316,7 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
         state.reference,
         state.estimate,
         {"t_offset": seconds},
+        MIN_T if clock.motions == "speeds" else 0.0,
     )
 
 
