@@ -234,8 +234,8 @@ class Settings:
             raise ValueError("frames without a pose fail: leave missing=ignore out, or frames")
         if self.frames is not None and self.t_offset == "auto":
             raise ValueError(
-                "frames need t_offset in seconds: auto would move them with each estimate; give the "
-                "offset that it finds without frames"
+                "frames need t_offset in seconds: auto would move them with each estimate; give "
+                "what it finds without frames"
             )
         if self.format:
             self._check_format()
