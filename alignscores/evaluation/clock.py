@@ -286,15 +286,17 @@ def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple
     in the coordinate frame. Where poses are mixed up otherwise, only angles agree. These are larger
     by noise, and count only if they are far more precise.
     """
-    if not ref.rotations:
-        return _least_squares(_Comparison(ref, motions, np.subtract, np.subtract), offset, step)
+    if not ref.rotations:  # speeds leave a broad peak
+        near = offset + np.arange(-SPAN, SPAN + step, step)
+        return _least_squares(_Comparison(ref, motions, np.subtract, np.subtract), near, step)
+    near = offset + step * np.linspace(-1, 1, 5)
     vectors = [
         _Comparison(ref, motions, *pair)
         for pair in ((_in_camera, _in_camera), (_in_camera, _in_frame), (_in_frame, _in_camera))
     ]
     best = min(vectors, key=lambda comparison: comparison.left(offset))
-    by_vectors = _least_squares(best, offset, step)
-    by_angles = _least_squares(_Comparison(ref, motions, _angles, _angles), offset, step)
+    by_vectors = _least_squares(best, near, step)
+    by_angles = _least_squares(_Comparison(ref, motions, _angles, _angles), near, step)
     return by_angles if by_vectors[1] > MIXED_UP * by_angles[1] else by_vectors
 
 
@@ -353,14 +355,13 @@ def _axes(first: Floats, second: Floats, sign: float) -> Floats:
     return np.where(real < 0, -2, 2) * imaginary
 
 
-def _least_squares(comparison: _Comparison, offset: float, step: float) -> tuple[float, float]:
-    """Return the offset next to one that minimises squared differences, and its standard error.
+def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[float, float]:
+    """Return the offset near others that minimises squared differences, and its standard error.
 
     The standard error comes from a jackknife over stretches of time, since errors of neighbouring
     motions are alike; longer stretches have a larger one if those of stretches are, too. It is
     infinite where there is no minimum within a step.
     """
-    near = offset + step * np.linspace(-1, 1, 5)
     start = float(near[np.argmin([comparison.left(at) for at in near])])
     offset, h, moves = start, 0.1 * step, comparison.moves
     for _ in range(MAX_ITERATIONS):
