@@ -156,7 +156,14 @@ def rescue(
 ) -> str:
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, has_rotations)
-    for find in (_units_of_time, _clocks, _units_and_clocks, _shifts, _increments):
+    for find in (
+        _units_of_time,
+        _clocks,
+        _units_and_clocks,
+        _shifts,
+        _increments,
+        _between_stamps,
+    ):
         tried = _tried(state, list(find(state, files)), attempt)
         if tried.notes:
             return str(tried.notes[0])
@@ -188,11 +195,11 @@ def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _Sta
         return state
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
-    option, said = chosen.option, {chosen.text}
+    option, texts = chosen.option, {chosen.text}
     for score, other in sorted(scores, key=lambda scored: -scored[0]):
-        if score > best.score - EQUAL and other.text not in said:
+        if score > best.score - EQUAL and other.text not in texts:
             option += f"; or {other.text} ({name} {score:.3f} corrected); {other.option}"
-            said.add(other.text)
+            texts.add(other.text)
     text = f"{chosen.text} ({before}{best.score:.3f} corrected)"
     return replace(best, notes=(*state.notes, Hint(chosen.kind, text, option)))
 
@@ -377,7 +384,11 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     if state.has_rotations:
         found = find_conventions(state.scored.gt_poses, state.scored.est_poses)
     # Poor positions may hide that poses are inverted.
-    found += [replace(of, mistake=INVERTED) for of in found if of.mistake == INVERTED_ROTATIONS]
+    found += [
+        replace(convention, mistake=INVERTED)
+        for convention in found
+        if convention.mistake == INVERTED_ROTATIONS
+    ]
     for convention in found:
         frame, body_rotation = "", convention.body_rotation
         if body_rotation is not None:
@@ -463,8 +474,8 @@ def _sample(scored: Scored) -> Indices:
 
 def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield mirrored axes, where mirrored positions fit better, or that depends on the mirror."""
-    said = {note.kind for note in state.notes}
-    if state.scored and "mirrored" not in said and _fits_mirrored(state.scored, state.settings):
+    kinds = {note.kind for note in state.notes}
+    if state.scored and "mirrored" not in kinds and _fits_mirrored(state.scored, state.settings):
         yield from _mirrors(state, files)
 
 
@@ -475,8 +486,10 @@ def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
     longer stretches have larger errors if it is alike in neighbouring ones.
     """
     rows = _sample(scored)
-    if len(rows) < MIN_CAMERAS or settings.alignment in ("yaw", "none"):
-        return len(rows) >= MIN_CAMERAS
+    if len(rows) < MIN_CAMERAS:
+        return False
+    if settings.alignment in ("yaw", "none"):  # of frames that a mirror changes
+        return True
     gt, est = scored.gt_poses[rows], scored.est_poses[rows]
     flip, step = np.diag([1.0, 1.0, -1.0, 1.0]), -(-len(rows) // (3 * BLOCKS))
     fits = [fit_positions(gt, poses) for poses in (est, flip @ est)]
@@ -589,6 +602,20 @@ def _multiplied(trajectory: Trajectory, inverse: bool) -> Trajectory:
         pose[:3, :3] = project_to_rotation(pose[:3, :3]) if n % 100 == 99 else pose[:3, :3]
         products[row] = pose
     return trajectory._replace(poses=products)
+
+
+def _between_stamps(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield interpolation, where all poses miss the stamps of a sparse reference."""
+    timed = state.reference.keys.dtype.kind == state.estimate.keys.dtype.kind == "f"
+    if timed and state.settings.sync == "auto":  # which interpolates any other reference
+        yield _Remedy(
+            "sparse",
+            f"its poses miss the stamps of {files.reference}, which is sparse",
+            "--sync interpolate compares them with straight lines between its poses",
+            state.reference,
+            state.estimate,
+            {"sync": "interpolate"},
+        )
 
 
 def _units_of_length(state: _State, files: Files) -> Iterator[_Remedy]:

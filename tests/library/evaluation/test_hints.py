@@ -147,6 +147,18 @@ def test_what_can_hardly_be_matched_is_refused_with_a_remedy(case, name, files, 
         evaluate(*files.split())
 
 
+def test_poses_between_the_stamps_of_a_sparse_reference_are_refused_with_a_remedy(case):
+    """All keyframes of a lidar miss the fixes of a GNSS at 1 Hz."""
+    case("19-gt-1hz")
+    keys, poses = read_tum("lio_10hz.txt")
+    rows = np.abs(keys - np.round(keys)) > 0.2
+    keyframes = Trajectory(keys[rows], poses[rows])
+    with pytest.raises(ValueError, match=r"no time stamps in common.* --sync interpolate") as error:
+        evaluate("gt_1hz.txt", keyframes, alignment="rigid")
+    interpolated = evaluate("gt_1hz.txt", keyframes, alignment="rigid", sync="interpolate")
+    assert f"(PAS {interpolated.pas:.3f} corrected)" in str(error.value)
+
+
 def test_a_huge_largest_difference_matches_one_pose_which_is_refused(case):
     case("35-huge-t_max_diff")
     for missing in ("fail", "ignore"):
