@@ -404,11 +404,11 @@ def _notes_on_ends(errors: Mapping[Run, Errors]) -> list[tuple[str, str]]:
     for sequence in sequences:
         of_sequence = [errors[run] for run in errors if run.sequence == sequence]
         timed = [entry for entry in of_sequence if entry.timed]
-        stamps, covered = [entry.time for entry in timed], [entry.covered for entry in timed]
-        option = "--{} {:.3f}"
-        if len(sequences) > 1:
-            option = f"sequences: {sequence}: {{}}: {{:.3f}} in a YAML file"
-        uncovered = ends_notes(stamps, covered, option)
+        uncovered = ends_notes(
+            [entry.time for entry in timed],
+            [entry.covered for entry in timed],
+            sequence if len(sequences) > 1 else "",
+        )
         notes += [(sequence, str(note)) for note in uncovered]
     return notes
 

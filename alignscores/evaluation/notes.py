@@ -280,12 +280,12 @@ def reference_notes(evaluations: Sequence[Evaluation]) -> list[Note]:
 
 
 def ends_notes(
-    expected: Sequence[Floats], covered: Sequence[Booleans], option: str = "--{} {:.3f}"
+    expected: Sequence[Floats], covered: Sequence[Booleans], sequence: str = ""
 ) -> list[Note]:
     """Note that no estimate covers the first or the last second of the expected time.
 
-    Each estimate has the stamps of its expected frames, and whether it covers each. The option says
-    how to name a setting and its value.
+    Each estimate has the stamps of its expected frames, and whether it covers each. With the name
+    of a sequence the remedy is its entry in a YAML file, since an option would cut all sequences.
     """
     if not any(map(np.any, covered)):
         return []
@@ -293,18 +293,19 @@ def ends_notes(
     with_pose = frames[np.concatenate(covered)]
     first, last = with_pose.min(), with_pose.max()
     ends = (
-        ("first", first - frames.min(), option.format("t_start", first)),
-        ("last", frames.max() - last, option.format("t_end", last)),
+        ("first", first - frames.min(), "t_start", first),
+        ("last", frames.max() - last, "t_end", last),
     )
-    return [
-        Note(
-            "ends",
-            f"no estimate covers the {which} {seconds:.1f} s of the reference",
-            f"they count as lost; if no system was run there, {remedy} leaves them out",
-        )
-        for which, seconds, remedy in ends
-        if seconds > 1
-    ]
+    notes = []
+    for which, seconds, setting, stamp in ends:
+        if seconds > 1:
+            option = f"--{setting} {stamp:.3f}"
+            if sequence:
+                option = f"sequences: {sequence}: {setting}: {stamp:.3f} in a YAML file"
+            text = f"no estimate covers the {which} {seconds:.1f} s of the reference"
+            remedy = f"they count as lost; if no system was run there, {option} leaves them out"
+            notes.append(Note("ends", text, remedy))
+    return notes
 
 
 def scale_note(scales: Mapping[str, float | None], settings: Settings) -> str:
