@@ -136,6 +136,7 @@ def test_a_value_needs_no_baseline(patterns, run):
         ("worse", "worse: needs --baseline FILE"),
         ("worse:2", "'worse:2': the level of worse must be above 0 and below 1"),
         ("better", "'better' must be worse, or like PAS<0.8, half>0.1, lost>5%, PAS drops 0.05"),
+        ("PAS drops 5%", "'PAS drops 5%': only lost and failed are in per cent; write 0.05"),
         ("PAS<much", "'PAS<much' must be worse, or like PAS<0.8"),
         ("ate:rmse>1", "'ate:rmse>1': ate:rmse must be one of TAS, RAS, PAS"),
     ],

@@ -107,6 +107,15 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
     assert (status.count("scored"), status.count("failed"), status.count("missing")) == (8, 3, 1)
 
 
+def test_the_ate_has_a_column_if_it_is_asked_for(benchmark_of, run_compare):
+    patterns = benchmark_of({"a": (0.02, 1.0, 1, 0.0), "b": (0.1, 1.0, 1, 0.0)}, ["car"], n=40)
+    for arguments, shown in (((), False), (("--metrics", "ate"), True)):
+        header = next(
+            line for line in run_compare(*patterns, *arguments)[1].splitlines() if "TAS" in line
+        )
+        assert ("ATE [m]" in header) == shown
+
+
 def test_a_distance_that_no_run_is_given_is_no_failure(benchmark_of, compare, tmp_path):
     """Four cameras have none; nor has a run there that fails."""
     systems = {"a": (0.02, 1.0, 1, 0.0), "b": (0.1, 1.0, 1, 0.0)}
