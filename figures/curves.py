@@ -243,12 +243,12 @@ def explain_glyphs(figure: Figure, trials: pd.DataFrame, x: Sequence[str]) -> No
     cells = [*CELL_SETTINGS, *(name for name in TEXTS if name in trials)]
     n_trials = trials.groupby(cells).size().max()
     level = "noise" if x[0].startswith("sigma") else "level"
-    where = "" if all(axes.get_yscale() == "linear" for axes in figure.axes) else " (linear axes)"
+    remark = "" if all(axes.get_yscale() == "linear" for axes in figure.axes) else " (linear axes)"
     handles: dict[str, Artist] = {
         f"mean of {n_trials} trial{'s' if n_trials > 1 else ''}": Line2D([], [], color=style.FAINT),
         "their min to max": _stroke(0.5),
         f"min to max of all trials at this {level}": Patch(color=style.GREY_BAND),
-        f"min to max of all trials of this colour{where}": _stroke(2.2),
+        f"min to max of all trials of this colour{remark}": _stroke(2.2),
     }
     figure.legend(
         list(handles.values()),
