@@ -505,8 +505,9 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield swapped columns of a file without rotations, and a mirrored reference."""
     reference, estimate = state.reference, state.estimate
     text = (
-        f"two axes of {files.reference} or of {files.estimate} seem to be swapped or mirrored, as "
-        "of a map's north and east, or of a left-handed frame such as Unity's and Unreal's"
+        f"{files.reference} and {files.estimate} are mirror images: the reference is left-handed, "
+        "as Unity's and Unreal's frames are, or has two axes swapped, such as north and east; or "
+        "the estimate"
     )
     positions = reference.poses.copy()
     positions[:, :3, 3] @= MIRRORS[0]

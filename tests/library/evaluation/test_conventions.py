@@ -314,4 +314,4 @@ def test_a_mirror_that_fits_as_well_as_another_camera_frame_is_said():
     flipped = in_frame(est, OPENGL)
     notes = evaluate(Trajectory(np.arange(200) / 10, gt), Trajectory(np.arange(200) / 10, flipped))
     (hint,) = [note for note in notes.notes if note.kind == "frame"]
-    assert "; or two axes of the reference or of the estimate seem to be swapped" in hint.remedy
+    assert "; or the reference and the estimate are mirror images" in hint.remedy

@@ -112,7 +112,7 @@ def test_a_hint_names_the_file_and_its_remedy_gives_the_right_scores(case, comma
 @pytest.mark.parametrize(
     ("name", "files", "words"),
     [
-        ("09-unity-left-handed", "unity.txt colmap.txt", "or of a left-handed frame"),
+        ("09-unity-left-handed", "unity.txt colmap.txt", "the reference is left-handed"),
         ("10-relative-poses", "gt.txt relative_n.txt", "rows of relative_n.txt seem to be motions"),
         (
             "10-relative-poses",
