@@ -52,7 +52,7 @@ class Clock:
 
     seconds: float
     error: float  # standard error in seconds
-    evidence: float  # standard errors by which D is below D0
+    evidence: float  # standard errors by which motions agree better than elsewhere
     runner_up: float  # another offset, in seconds; NaN if there is none
     rival: float  # strength of the runner-up, relative to the best
     motions: str  # "rotation rates" or "speeds"
@@ -97,7 +97,7 @@ def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> 
         for rows in (_spread(starts, N_MOTIONS), _spread(starts, N_REFINED))
     )
     step = max(STEP, (ref.stamps[-1] + est.stamps[-1]) / MAX_STEPS)
-    offsets, strength, unrelated = _strengths(ref, motions, step)
+    offsets, strength, elsewhere = _strengths(ref, motions, step)
     best = int(np.argmax(strength))
     if not strength[best] > 0:
         return None
@@ -110,7 +110,7 @@ def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> 
     return Clock(
         seconds=moved + seconds,
         error=error,
-        evidence=_evidence(ref, motions, float(offsets[best]), unrelated),
+        evidence=_evidence(ref, motions, float(offsets[best]), elsewhere),
         runner_up=moved + float(offsets[runner_up]) if rival > 0 else np.nan,
         rival=rival / float(strength[best]),
         motions="rotation rates" if rotations else "speeds",
@@ -209,8 +209,18 @@ def _slope(strength: Floats) -> int:
     return below + int(np.argmax(np.append(np.diff(strength[below:]) > 0, True)))
 
 
-def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floats, float]:
-    """Return evenly spaced offsets, the strength of each, and D0, which is the median D."""
+class _Elsewhere(NamedTuple):
+    """The mean disagreement of each motion over all offsets, each up to a cap."""
+
+    disagreements: Floats
+    cap: float = 0.0
+
+
+def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floats, _Elsewhere]:
+    """Return evenly spaced offsets, the strength of each, and how motions agree over all of them.
+
+    D0 is the median D.
+    """
     starts, ends, sizes_of_est = motions.starts, motions.ends, motions.sizes
     grid = np.asarray(step * np.arange(int(ref.stamps[-1] / step) + 1), np.float64)
     points, valid = ref.at(grid)
@@ -219,24 +229,28 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
     n_before = int(first.max())
     n = np.zeros(n_before + len(grid))
     total, squares = np.zeros_like(n), np.zeros_like(n)
-    of_span = {}
+    disagreements, of_span = np.zeros(len(starts)), {}
     for span in np.unique(spans[spans < len(grid)]).tolist():
         both = valid[:-span] & valid[span:]
         of_span[span] = ref.sizes(points[:-span], points[span:]), both
     everywhere = np.concatenate([sizes[both] for sizes, both in of_span.values()])
     if not everywhere.size:
-        return np.zeros(1), np.zeros(1), 0.0
+        return np.zeros(1), np.zeros(1), _Elsewhere(disagreements)
+    scale = 0.0 if ref.rotations else float(everywhere.mean() - sizes_of_est.mean())
     cap = float(
         np.abs(np.median(everywhere) - sizes_of_est).mean()
         + np.abs(everywhere - np.median(everywhere)).mean()
     )
-    for row, span, size in zip(first.tolist(), spans.tolist(), sizes_of_est.tolist(), strict=True):
+    rows = zip(first.tolist(), spans.tolist(), sizes_of_est.tolist(), strict=True)
+    for motion, (row, span, size) in enumerate(rows):
         if span in of_span:
             sizes, both = of_span[span]
             where = slice(n_before - row, n_before - row + len(sizes))
             difference = sizes - size
+            capped = np.minimum(np.abs(difference - scale), cap)
+            disagreements[motion] = capped @ both / max(both.sum(), 1)
             if ref.rotations:
-                difference = np.minimum(np.abs(difference), cap)
+                difference = capped
             n[where] += both
             total[where] += np.where(both, difference, 0)
             squares[where] += np.where(both, difference**2, 0)
@@ -245,18 +259,19 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
         left = mean if ref.rotations else np.sqrt(np.maximum(squares / n - mean**2, 0))
     enough = n >= MIN_MOTIONS
     if not enough.any():
-        return np.zeros(1), np.zeros(1), 0.0
+        return np.zeros(1), np.zeros(1), _Elsewhere(disagreements)
     usual = float(np.median(left[n >= min(len(sizes_of_est) / 2, n.max())]))
     floor = 1e-6 * usual + 1e-12
     gain = np.where(enough, (usual + floor) / (np.where(enough, left, 1) + floor), 1)
     offsets = step * np.arange(-n_before, len(grid), dtype=np.float64)
-    return offsets, n * np.log(gain), usual
+    return offsets, n * np.log(gain), _Elsewhere(disagreements, cap)
 
 
-def _evidence(ref: _Path, motions: _Motions, offset: float, unrelated: float) -> float:
-    """Return by how many standard errors motions agree better than unrelated ones at an offset.
+def _evidence(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
+    """Return by how many standard errors motions agree better at an offset than elsewhere.
 
-    The standard error comes from the means over stretches of time, in which motions are alike.
+    Each is compared with itself: outliers agree nowhere, and say nothing. The standard error comes
+    from the means over stretches of time, in which motions are alike.
     """
     (first, first_known), (second, second_known) = (
         ref.at(motions.starts + offset),
@@ -268,9 +283,8 @@ def _evidence(ref: _Path, motions: _Motions, offset: float, unrelated: float) ->
     difference = ref.sizes(first, second) - motions.sizes
     if not ref.rotations:
         difference -= difference[known].mean()
-    usual = unrelated if ref.rotations else unrelated**2
-    left = np.abs(difference) if ref.rotations else difference**2
-    gain = np.where(known, usual - np.minimum(left, 2 * usual), 0)
+    disagreements = np.minimum(np.abs(difference), elsewhere.cap)
+    gain = np.where(known, elsewhere.disagreements - disagreements, 0)
     means = np.array([part.mean() for part in np.array_split(gain, BLOCKS)])
     return float(means.mean() / (means.std(ddof=1) / np.sqrt(BLOCKS) + ROUNDING))
 
