@@ -82,11 +82,11 @@ def find_conventions(gt_poses: Floats, est_poses: Floats) -> list[Convention]:
     rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
     positions = fit_positions(gt, est)
-    inverted = _inverted(gt, est, positions.misfit)
+    inverted = _inverted(gt, est, positions)
     original = _Pair("", "", gt, est, positions.rotation)
     ras_now = _ras_as_it_is(original)
     min_ras, min_ras_inconsistent = ras_now + MIN_GAIN, ras_now + min(0.3, (1 - ras_now) / 2)
-    if any(pair.side == BOTH for pair in inverted) and _step(inverse_poses(gt)) < _step(gt):
+    if any(pair.side == BOTH for pair in inverted):
         min_ras = min_ras_inconsistent = _ras(gt, est, np.eye(3))[0] - EQUAL
     elif min_ras > 1:
         return []
@@ -171,18 +171,21 @@ def _ras_as_it_is(pair: _Pair) -> float:
     return max(as_it_is, near.ras) if near.is_consistent or pair.rotation is None else as_it_is
 
 
-def _inverted(gt: Floats, est: Floats, misfit: float) -> list[_Pair]:
+def _inverted(gt: Floats, est: Floats, now: "PositionFit") -> list[_Pair]:
     """Return inverted poses of either file, or of both, whose positions fit much better.
 
-    In the coordinates of the camera all that is far away moves as the camera turns. Where that path
-    has the larger steps, and positions fit as they are, they are the true ones.
+    In the coordinates of the camera all that is far away moves as the camera turns: that path is
+    longer, and the same errors are a smaller part of it. Where both are inverted, it is the true
+    one only if it has the smaller steps, or if positions do not fit as they are, and errors
+    themselves are much smaller.
     """
     pairs = []
     for side, true, poses in _of_sides(gt, est, inverse_poses):
-        if side == BOTH and misfit < MAX_MISFIT and _step(true) > _step(gt):
-            continue
         fit = fit_positions(true, poses)
-        if fit.misfit < min(MAX_MISFIT, misfit / 3):
+        much_better = fit.misfit < min(MAX_MISFIT, now.misfit / 3)
+        if side == BOTH and _step(true) > _step(gt):
+            much_better &= now.misfit > MAX_MISFIT and fit.error < now.error / 3
+        if much_better:
             pairs.append(_Pair(INVERTED, side, true, poses, fit.rotation))
     return pairs
 
@@ -306,6 +309,11 @@ class PositionFit(NamedTuple):
     misfit: float = np.inf
     rotation: Floats | None = None
     scale: float = np.nan
+
+    @property
+    def error(self) -> float:
+        """The median error, in the unit of the reference."""
+        return float(np.median(np.linalg.norm(self.errors, axis=1)))
 
 
 def fit_positions(gt_poses: Floats, est_poses: Floats) -> PositionFit:
