@@ -112,7 +112,7 @@ class _Remedy:
     reference: Trajectory
     estimate: Trajectory
     changes: dict[str, Any] = field(default_factory=dict)
-    min_t: float = MIN_T  # 0 for what steps or rotations show on their own
+    min_t: float = MIN_T  # 0 for what steps or motions show on their own
 
 
 def look(
@@ -476,7 +476,7 @@ def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield mirrored axes, where mirrored positions fit better, or that depends on the mirror."""
     kinds = {note.kind for note in state.notes}
     if state.scored and "mirrored" not in kinds and _fits_mirrored(state.scored, state.settings):
-        yield from _mirrors(state, files)
+        yield from (replace(remedy, min_t=0.0) for remedy in _mirrors(state, files))
 
 
 def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
