@@ -567,7 +567,7 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
         )
         if not state.scored and side == EST:  # the first pose is the identity
             est = Trajectory(ref.keys, np.concatenate([np.eye(4)[None], est.poses]))
-        if _misfit(ref, est) > min(MAX_MISFIT, now / 3):
+        if _misfit(ref, est) > (now / 3 if state.scored else MAX_MISFIT):
             continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
         yield _Remedy("increments", text, "write their product, pose by pose", ref, est)
