@@ -123,11 +123,12 @@ def test_a_constant_speed_without_noise_fits_at_any_offset(rate, digits):
     assert not [n for n in evaluate(reference, estimate, unit=0.05).notes if n.kind == "clock"]
 
 
-def test_outliers_leave_an_offset_certain():
+@pytest.mark.parametrize(("step", "share"), [(1, 0.4), (15, 0.2)])  # all frames, and keyframes
+def test_outliers_leave_an_offset_certain(step, share):
     truth = walk()
-    estimate = disturbed(truth, 0.4)
+    estimate = disturbed(truth, 0.4, step)
     rng = np.random.default_rng(2)
-    wrong = rng.random(len(TIMES)) < 0.2
+    wrong = rng.random(len(estimate.keys)) < share
     estimate.poses[wrong, :3, :3] = Rotation.random(int(wrong.sum()), rng=rng).as_matrix()
     added, _ = offset(truth, estimate)
     assert added == pytest.approx(-0.4, abs=0.01)

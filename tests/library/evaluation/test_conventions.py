@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from alignscores import Trajectory, evaluate, ras
-from alignscores.io import inverse_poses
+from alignscores.io import inverse_poses, read_tum
 
 OPENGL = np.diag([1.0, -1.0, -1.0])
 BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
@@ -269,6 +269,27 @@ def test_two_files_with_inverse_poses_are_found_by_their_positions():
     assert notes_on_conventions(*far) == {}
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_two_files_with_inverse_poses_around_an_object_are_found(seed):
+    """All cameras look at it: the steps of inverse poses are the smaller ones."""
+    rng = np.random.default_rng(seed)
+    angle = np.linspace(0, 6, 200) + rng.normal(0, 0.01, 200)
+    height = np.cumsum(rng.normal(0, 0.05, 200))
+    gt = make_poses(np.eye(3), np.transpose([4 * np.cos(angle), 4 * np.sin(angle), height]))
+    forward = -gt[:, :3, 3] / np.linalg.norm(gt[:, :3, 3], axis=1)[:, None]
+    right = np.cross(forward, [0, 0, 1]) / np.linalg.norm(forward[:, :2], axis=1)[:, None]
+    looking = Rotation.from_matrix(np.stack([right, np.cross(forward, right), forward], axis=2))
+    turns = Rotation.from_rotvec(np.cumsum(rng.normal(0, 0.01, (200, 3)), axis=0))
+    gt[:, :3, :3] = (looking * turns).as_matrix()
+    est = gt.copy()  # in the same frame: inverse rotations agree as well
+    noise = Rotation.from_rotvec(rng.normal(0, 3, (200, 3)), degrees=True).as_matrix()
+    est[:, :3, :3] = noise @ gt[:, :3, :3]
+    est[:, :3, 3] += rng.normal(0, 0.02, (200, 3))
+    assert notes_on_conventions(gt, est) == {}
+    notes = notes_on_conventions(inverse_poses(gt), inverse_poses(est))
+    assert notes["inverted"].startswith("the poses of both the reference and the estimate seem")
+
+
 def test_mirrored_poses_on_a_plane_differ_from_another_camera_frame():
     """Both raise the score; the mirrored reference more."""
     rng = np.random.default_rng(13)
@@ -315,3 +336,14 @@ def test_a_mirror_that_fits_as_well_as_another_camera_frame_is_said():
     notes = evaluate(Trajectory(np.arange(200) / 10, gt), Trajectory(np.arange(200) / 10, flipped))
     (hint,) = [note for note in notes.notes if note.kind == "frame"]
     assert "; or the reference and the estimate are mirror images" in hint.remedy
+
+
+def test_mirrored_positions_that_cost_less_than_a_tenth_are_named_if_motions_show_them(real):
+    """Most of the path of a drone is nearly a plane."""
+    folder = real / "euroc/MH_03"
+    gt, est = (read_tum(folder / name) for name in ("groundtruth.txt", "vio_stereo/0.txt"))
+    assert notes_on_conventions(gt, est) == {}
+    mirror = np.diag([1.0, 1.0, -1.0])
+    mirrored = est.poses.copy()
+    mirrored[:, :3, 3] = mirrored[:, :3, 3] @ mirror
+    assert set(notes_on_conventions(gt, est._replace(poses=mirrored))) == {"mirrored"}

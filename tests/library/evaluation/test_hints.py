@@ -409,6 +409,16 @@ def test_motions_are_named_among_lost_rows():
     assert "the rows of the estimate seem to be motions from frame to frame" in hint.text
 
 
+def test_motions_are_named_where_their_product_is_noisy():
+    rng = np.random.default_rng(6)
+    _, truth = winding(rng)
+    estimate = disturbed(truth, rng)
+    estimate[:, :3, 3] += rng.normal(0, 0.25, (len(truth), 3))
+    assert hints(truth, estimate, unit=0.5) == []
+    (hint,) = hints(truth, increments(estimate), unit=0.5)
+    assert "the rows of the estimate seem to be motions from frame to frame" in hint.text
+
+
 def test_motions_in_both_files_are_named_among_outliers():
     rng = np.random.default_rng(7)
     _, truth = winding(rng)
