@@ -82,11 +82,11 @@ def find_conventions(gt_poses: Floats, est_poses: Floats) -> list[Convention]:
     rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
     positions = fit_positions(gt, est)
-    inverted = _inverted(gt, est, positions)
-    original = _Pair("", "", gt, est, positions.rotation)
+    inverted = _inverted(gt, est, positions.misfit)
+    original = _Pair("", "", gt, est, positions)
     ras_now = _ras_as_it_is(original)
     min_ras, min_ras_inconsistent = ras_now + MIN_GAIN, ras_now + min(0.3, (1 - ras_now) / 2)
-    if any(pair.side == BOTH for pair in inverted):
+    if any(pair.side == BOTH and _are_truer(pair, original) for pair in inverted):
         min_ras = min_ras_inconsistent = _ras(gt, est, np.eye(3))[0] - EQUAL
     elif min_ras > 1:
         return []
@@ -110,13 +110,13 @@ def find_conventions(gt_poses: Floats, est_poses: Floats) -> list[Convention]:
 
 
 class _Pair(NamedTuple):
-    """Both trajectories without a mistake, and the rotation between their positions."""
+    """Both trajectories without a mistake, and how their positions fit."""
 
     mistake: str
     side: str
     gt: Floats
     est: Floats
-    rotation: Floats | None
+    positions: "PositionFit"
 
 
 class _Candidate(NamedTuple):
@@ -131,11 +131,11 @@ class _Candidate(NamedTuple):
 
 def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
     """Return how well rotations fit with these axes of the cameras, None for any."""
-    body = _fitted_frame(pair.gt, pair.est, pair.rotation) if axes is None else axes
+    body = _fitted_frame(pair.gt, pair.est, pair.positions.rotation) if axes is None else axes
     ras, frame = _ras(pair.gt, pair.est, body)
     apart = np.inf
-    if pair.rotation is not None:
-        apart = rotation_angles((pair.rotation.T @ frame)[None])[0]
+    if pair.positions.rotation is not None:
+        apart = rotation_angles((pair.positions.rotation.T @ frame)[None])[0]
     return _Candidate(ras, bool(apart <= CONSISTENT_DEG), pair.mistake, pair.side, body)
 
 
@@ -151,7 +151,7 @@ def _candidates(original: _Pair, inverted: list[_Pair]) -> Iterator[tuple[_Pair,
         # Both files transposed are B on the other side: what a few degrees of B would pass for.
         transposed, w_first, w_last = (
             [
-                _Pair(mistake, side, gt, est, original.rotation)
+                _Pair(mistake, side, gt, est, original.positions)
                 for side, gt, est in _of_sides(original.gt, original.est, CORRECTIONS[mistake])
                 if (mistake, side) != (INVERTED_ROTATIONS, BOTH)
             ]
@@ -164,30 +164,37 @@ def _candidates(original: _Pair, inverted: list[_Pair]) -> Iterator[tuple[_Pair,
 
 def _ras_as_it_is(pair: _Pair) -> float:
     """Return the RAS of cameras whose axes are the same, or off by no more than inaccuracy."""
-    body = _rotation_between_cameras(pair.gt, pair.est, pair.rotation)
+    body = _rotation_between_cameras(pair.gt, pair.est, pair.positions.rotation)
     angles, axes = angles_and_axes(body[None])
     near = _fit(pair, rotation_from_vector(min(angles[0], np.radians(NEAR_DEG)) * axes[:, 0]))
     as_it_is = _fit(pair, np.eye(3)).ras
-    return max(as_it_is, near.ras) if near.is_consistent or pair.rotation is None else as_it_is
+    may_be_near = near.is_consistent or pair.positions.rotation is None
+    return max(as_it_is, near.ras) if may_be_near else as_it_is
 
 
-def _inverted(gt: Floats, est: Floats, now: "PositionFit") -> list[_Pair]:
+def _inverted(gt: Floats, est: Floats, misfit: float) -> list[_Pair]:
     """Return inverted poses of either file, or of both, whose positions fit much better.
 
-    In the coordinates of the camera all that is far away moves as the camera turns: that path is
-    longer, and the same errors are a smaller part of it. Where both are inverted, it is the true
-    one only if it has the smaller steps, or if positions do not fit as they are, and errors
-    themselves are much smaller.
+    In the coordinates of the camera all that is far away moves as the camera turns. Where that path
+    has the larger steps, and positions fit as they are, they are the true ones.
     """
     pairs = []
     for side, true, poses in _of_sides(gt, est, inverse_poses):
+        if side == BOTH and misfit < MAX_MISFIT and _step(true) > _step(gt):
+            continue
         fit = fit_positions(true, poses)
-        much_better = fit.misfit < min(MAX_MISFIT, now.misfit / 3)
-        if side == BOTH and _step(true) > _step(gt):
-            much_better &= now.misfit > MAX_MISFIT and fit.error < now.error / 3
-        if much_better:
-            pairs.append(_Pair(INVERTED, side, true, poses, fit.rotation))
+        if fit.misfit < misfit / 3:
+            pairs.append(_Pair(INVERTED, side, true, poses, fit))
     return pairs
+
+
+def _are_truer(inverted: _Pair, original: _Pair) -> bool:
+    """Return whether inverted poses have smaller steps, or much smaller errors of positions.
+
+    Where a camera mainly turns, the same errors are a smaller part of its larger steps.
+    """
+    has_smaller_steps = _step(inverted.gt) < _step(original.gt)
+    return has_smaller_steps or inverted.positions.error < original.positions.error / 3
 
 
 def _step(poses: Floats) -> float:
