@@ -183,7 +183,7 @@ def _inverted(gt: Floats, est: Floats, misfit: float) -> list[_Pair]:
         if side == BOTH and misfit < MAX_MISFIT and _step(true) > _step(gt):
             continue
         fit = fit_positions(true, poses)
-        if fit.misfit < misfit / 3:
+        if fit.misfit < misfit / 2:
             pairs.append(_Pair(INVERTED, side, true, poses, fit))
     return pairs
 

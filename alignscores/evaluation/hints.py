@@ -40,6 +40,7 @@ from .conventions import (
     is_common,
 )
 from .evaluation import Hint, Note
+from .lever import find_lever_arm, with_lever_arm
 from .settings import Settings
 from .time import nearest_stamps
 
@@ -421,6 +422,21 @@ def _may_both_be_inverted(scored: Scored, body_rotation: Floats | None) -> bool:
     return rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
 
 
+def _may_have_lever_arm(scored: Scored) -> bool:
+    """Return whether a lever arm explains positions, as the inversion of both files would.
+
+    Between two coordinate frames of the same axes, it is what their offset is in inverse poses.
+    """
+    rows = _sample(scored)
+    gt, est = scored.gt_poses[rows], scored.est_poses[rows]
+    now = fit_positions(gt, est)
+    with suppress(ValueError):
+        arm = find_lever_arm(gt[:, :3, 3], est, now.error)
+        moved = with_lever_arm(Trajectory(rows, est), arm.vector)
+        return fit_positions(gt, moved.poses).misfit < now.misfit / 2
+    return False
+
+
 def _of_convention(
     state: _State, files: Files, convention: Convention, frame: str, changes: dict[str, Any]
 ) -> Iterator[_Remedy]:
@@ -452,6 +468,9 @@ def _of_convention(
         parts = [f"{by.join(add)}{extra} corrects it"] if add else []
         parts += [f"leave out {by.join(leave)}{'' if add else extra}"] if leave else []
         option = "; ".join(parts)
+        if convention.side == BOTH and state.scored and _may_have_lever_arm(state.scored):
+            option += f"; if the positions of {files.estimate} are those of another point of its "
+            option += "rig, --lever_arm auto instead"
     elif mistake == INVERTED_ROTATIONS:
         text = f"the rotations of {names} seem to be world-to-camera, its positions not"
         option = "transpose them in the file"
