@@ -12,7 +12,7 @@ Q, which is then the rotation that aligns the positions. The RAS measures how we
 B of a few degrees is inaccuracy, which no mistake has to explain.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -32,8 +32,8 @@ from ..io import inverse_poses
 from ..registration import pcr99
 from ..validation import finite_rows
 
-__all__ = ["BOTH", "CORRECTIONS", "EST", "MAX_MISFIT", "MIN_CAMERAS", "NEAR_DEG", "REF", "SAMPLE"]
-__all__ += ["W_FIRST", "W_LAST", "Convention", "describe_rotation", "find_conventions"]
+__all__ = ["BOTH", "EST", "MAX_MISFIT", "MIN_CAMERAS", "NEAR_DEG", "REF", "SAMPLE"]
+__all__ += ["W_FIRST", "W_LAST", "Convention", "corrected", "describe_rotation", "find_conventions"]
 __all__ += ["fit_positions", "is_common", "rotate_cameras"]
 
 NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
@@ -67,13 +67,16 @@ class Convention:
     is_ambiguous: bool = False  # whether the other file may as well be the one
 
 
-def find_conventions(gt_poses: Floats, est_poses: Floats) -> list[Convention]:
+def find_conventions(
+    gt_poses: Floats, est_poses: Floats, *, inverted: Collection[str] = ()
+) -> list[Convention]:
     """Find the conventions under which the finite ones of estimated poses fit their reference.
 
     They are reported if they raise the RAS by 0.1, or where rotations and positions do not have the
     same alignment by 0.3 or half of what is missing to 1: noise, lost cameras or drift fit under
     none so much better. Where both are inverted, their rotations may agree; then their positions
-    show it. Those that fit equally well are all reported, the likeliest first.
+    show it. Those that fit equally well are all reported, the likeliest first. `inverted` are the
+    files whose poses were inverted when they were read.
     """
     estimated = np.flatnonzero(finite_rows(est_poses))
     n = len(estimated)
@@ -81,20 +84,19 @@ def find_conventions(gt_poses: Floats, est_poses: Floats) -> list[Convention]:
         return []
     rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
-    positions = fit_positions(gt, est)
-    inverted = _inverted(gt, est, positions.misfit)
-    original = _Pair("", "", gt, est, positions)
+    original = _Pair("", "", gt, est, fit_positions(gt, est))
+    moved = list(_moved(original, inverted))
     ras_now = _ras_as_it_is(original)
     min_ras, min_ras_inconsistent = ras_now + MIN_GAIN, ras_now + min(0.3, (1 - ras_now) / 2)
-    if any(pair.side == BOTH and _are_truer(pair, original) for pair in inverted):
+    if any(_are_truer(pair, original) for pair in moved):
         min_ras = min_ras_inconsistent = _ras(gt, est, np.eye(3))[0] - EQUAL
     elif min_ras > 1:
         return []
-    fits = [_fit(pair, axes) for pair, axes in _candidates(original, inverted)]
+    fits = [_fit(pair, axes) for pair, axes in _candidates(original, moved, inverted)]
     better = [
         fit for fit in fits if fit.ras >= (min_ras if fit.is_consistent else min_ras_inconsistent)
     ]
-    better = [fit for fit in better if fit.is_consistent] or better
+    better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
     highest = max((fit.ras for fit in better), default=0.0)
     better = [fit for fit in better if fit.ras > highest - EQUAL]
     conventions: dict[str, Convention] = {}
@@ -123,37 +125,44 @@ class _Candidate(NamedTuple):
     """How well rotations fit without a mistake, and with B."""
 
     ras: float
-    is_consistent: bool  # whether rotations and positions have the same alignment
+    apart_deg: float  # between the alignments of rotations and positions; nan if these have none
     mistake: str
     side: str
     body: Floats
+
+    @property
+    def is_consistent(self) -> bool:
+        """Whether rotations and positions have the same alignment."""
+        return self.apart_deg <= CONSISTENT_DEG
 
 
 def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
     """Return how well rotations fit with these axes of the cameras, None for any."""
     body = _fitted_frame(pair.gt, pair.est, pair.positions.rotation) if axes is None else axes
     ras, frame = _ras(pair.gt, pair.est, body)
-    apart = np.inf
+    apart = np.nan
     if pair.positions.rotation is not None:
-        apart = rotation_angles((pair.positions.rotation.T @ frame)[None])[0]
-    return _Candidate(ras, bool(apart <= CONSISTENT_DEG), pair.mistake, pair.side, body)
+        apart = float(rotation_angles((pair.positions.rotation.T @ frame)[None])[0])
+    return _Candidate(ras, apart, pair.mistake, pair.side, body)
 
 
-def _candidates(original: _Pair, inverted: list[_Pair]) -> Iterator[tuple[_Pair, Floats | None]]:
+def _candidates(
+    original: _Pair, moved: list[_Pair], inverted: Collection[str]
+) -> Iterator[tuple[_Pair, Floats | None]]:
     """Yield both trajectories, and B (None: any), the likeliest first.
 
-    Where inverted poses fit better, only they are candidates.
+    Where other positions fit better, only they are candidates.
     """
     none, *swaps = COMMON.values()
-    inputs = inverted or [original]
+    inputs = moved or [original]
     yield from ((pair, axes) for axes in (none, *swaps) for pair in inputs)
-    if not inverted:
+    if not moved:
         # Both files transposed are B on the other side: what a few degrees of B would pass for.
         transposed, w_first, w_last = (
             [
-                _Pair(mistake, side, gt, est, original.positions)
-                for side, gt, est in _of_sides(original.gt, original.est, CORRECTIONS[mistake])
-                if (mistake, side) != (INVERTED_ROTATIONS, BOTH)
+                pair
+                for pair in _corrected(original, mistake, inverted)
+                if (mistake, pair.side) != (INVERTED_ROTATIONS, BOTH)
             ]
             for mistake in (INVERTED_ROTATIONS, W_FIRST, W_LAST)
         )
@@ -172,29 +181,30 @@ def _ras_as_it_is(pair: _Pair) -> float:
     return max(as_it_is, near.ras) if may_be_near else as_it_is
 
 
-def _inverted(gt: Floats, est: Floats, misfit: float) -> list[_Pair]:
-    """Return inverted poses of either file, or of both, whose positions fit much better.
+def _moved(original: _Pair, inverted: Collection[str]) -> Iterator[_Pair]:
+    """Yield pairs without a mistake whose positions fit much better.
 
     In the coordinates of the camera all that is far away moves as the camera turns. Where that path
     has the larger steps, and positions fit as they are, they are the true ones.
     """
-    pairs = []
-    for side, true, poses in _of_sides(gt, est, inverse_poses):
-        if side == BOTH and misfit < MAX_MISFIT and _step(true) > _step(gt):
-            continue
-        fit = fit_positions(true, poses)
-        if fit.misfit < misfit / 2:
-            pairs.append(_Pair(INVERTED, side, true, poses, fit))
-    return pairs
+    now = original.positions.misfit
+    for mistake in CORRECTIONS:
+        for pair in _corrected(original, mistake, inverted):
+            hides_errors = (mistake, pair.side) == (INVERTED, BOTH) and now < MAX_MISFIT
+            if hides_errors and _step(pair.gt) > _step(original.gt):
+                continue
+            if pair.positions.misfit < now / 2:
+                yield pair
 
 
-def _are_truer(inverted: _Pair, original: _Pair) -> bool:
-    """Return whether inverted poses have smaller steps, or much smaller errors of positions.
+def _are_truer(pair: _Pair, original: _Pair) -> bool:
+    """Return whether inverted poses have much smaller errors of positions, or both smaller steps.
 
     Where a camera mainly turns, the same errors are a smaller part of its larger steps.
     """
-    has_smaller_steps = _step(inverted.gt) < _step(original.gt)
-    return has_smaller_steps or inverted.positions.error < original.positions.error / 3
+    has_smaller_steps = pair.side == BOTH and _step(pair.gt) < _step(original.gt)
+    has_smaller_errors = pair.positions.error < original.positions.error / 3
+    return pair.mistake == INVERTED and (has_smaller_steps or has_smaller_errors)
 
 
 def _step(poses: Floats) -> float:
@@ -202,11 +212,16 @@ def _step(poses: Floats) -> float:
     return float(np.median(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)))
 
 
-def _of_sides(
-    gt: Floats, est: Floats, change: Callable[[Floats], Floats]
-) -> list[tuple[str, Floats, Floats]]:
-    """Return a change of either trajectory, and of both."""
-    return [(EST, gt, change(est)), (REF, change(gt), est), (BOTH, change(gt), change(est))]
+def _corrected(original: _Pair, mistake: str, inverted: Collection[str]) -> Iterator[_Pair]:
+    """Yield both trajectories without a mistake in either one, and in both."""
+    gt, est = (
+        corrected(poses, mistake, inverted=side in inverted)
+        for poses, side in ((original.gt, REF), (original.est, EST))
+    )
+    for side, true, poses in ((EST, original.gt, est), (REF, gt, original.est), (BOTH, gt, est)):
+        moves = mistake == INVERTED or (set(inverted) if side == BOTH else side in inverted)
+        positions = fit_positions(true, poses) if moves else original.positions
+        yield _Pair(mistake, side, true, poses, positions)
 
 
 def _transposed(poses: Floats) -> Floats:
@@ -230,6 +245,14 @@ CORRECTIONS: dict[str, Callable[[Floats], Floats]] = {  # what corrects a mistak
     W_FIRST: partial(_reordered, shift=-1),
     W_LAST: partial(_reordered, shift=1),
 }
+
+
+def corrected(poses: Floats, mistake: str, *, inverted: bool) -> Floats:
+    """Return poses without a mistake, which was made before they were `inverted`."""
+    correct = CORRECTIONS[mistake]
+    if inverted and mistake != INVERTED:
+        return inverse_poses(correct(inverse_poses(poses)))
+    return correct(poses)
 
 
 def rotate_cameras(est_poses: Floats, body_rotation: Floats | None) -> Floats:
@@ -335,6 +358,7 @@ def fit_positions(gt_poses: Floats, est_poses: Floats) -> PositionFit:
     errors = alignment.inverse().apply(est) - gt
     misfit = float(np.median(np.linalg.norm(errors, axis=1))) / extent
     widths = np.linalg.svd(centred, compute_uv=False)
-    has_rotation = misfit < min(MAX_MISFIT, widths[1] / widths[0])
+    certain = np.radians(CONSISTENT_DEG) * widths[1] / widths[0]  # about the longest axis
+    has_rotation = misfit < min(MAX_MISFIT, certain)
     rotation = alignment.rotation if has_rotation else None
     return PositionFit(errors, misfit, rotation, alignment.scale)

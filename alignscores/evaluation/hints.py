@@ -24,7 +24,6 @@ from ..validation import finite_rows
 from .clock import find_clock
 from .conventions import (
     BOTH,
-    CORRECTIONS,
     EST,
     INVERTED,
     INVERTED_ROTATIONS,
@@ -34,6 +33,7 @@ from .conventions import (
     REF,
     SAMPLE,
     Convention,
+    corrected,
     describe_rotation,
     find_conventions,
     fit_positions,
@@ -383,7 +383,8 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         return
     found: list[Convention] = []
     if state.has_rotations:
-        found = find_conventions(state.scored.gt_poses, state.scored.est_poses)
+        inverted = _inverted(state.settings)
+        found = find_conventions(state.scored.gt_poses, state.scored.est_poses, inverted=inverted)
     # Poor positions may hide that poses are inverted.
     found += [
         replace(convention, mistake=INVERTED)
@@ -437,15 +438,30 @@ def _may_have_lever_arm(scored: Scored) -> bool:
     return False
 
 
+def _inverted(settings: Settings) -> set[str]:
+    """Return the files whose poses were inverted when they were read."""
+    by = {
+        REF: (settings.file_format, settings.ref_invert),
+        EST: (settings.est_file_format, settings.invert),
+    }
+    return {side for side, (written, invert) in by.items() if written.inverted != invert}
+
+
 def _of_convention(
     state: _State, files: Files, convention: Convention, frame: str, changes: dict[str, Any]
 ) -> Iterator[_Remedy]:
     """Yield what corrects the convention of poses or rotations, unless the file says otherwise."""
     reference, estimate, settings = state.reference, state.estimate, state.settings
-    mistake, correct = convention.mistake, CORRECTIONS[convention.mistake]
+    mistake = convention.mistake
     sides = [REF, EST] if convention.side == BOTH else [convention.side]
-    ref = reference._replace(poses=correct(reference.poses)) if REF in sides else reference
-    est = estimate._replace(poses=correct(estimate.poses)) if EST in sides else estimate
+    ref, est = (
+        trajectory._replace(
+            poses=corrected(trajectory.poses, mistake, inverted=side in _inverted(settings))
+        )
+        if side in sides
+        else trajectory
+        for side, trajectory in ((REF, reference), (EST, estimate))
+    )
     names = files.name(convention.side)
     if convention.is_ambiguous:
         names = f"{files.reference} or {files.estimate}"

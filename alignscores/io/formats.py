@@ -42,6 +42,7 @@ class Format:
     timed: bool = False  # whether poses are matched by time stamps
     topics: bool = False  # whether a file may hold several trajectories, by topic
     tables: bool = False  # whether it is a text table, whose columns can be named
+    inverted: bool = False  # whether poses are world-to-camera, and inverted when they are read
     ordered: bool = True  # whether poses come in the order of time
     read_models: Callable[..., dict[str, Trajectory]] | None = None  # of a file with several
 
@@ -77,6 +78,7 @@ FORMATS = {
     "hloc": Format(
         "text tables 'name qw qx qy qz tx ty tz', world-to-camera, matched by name",
         read_hloc,
+        inverted=True,
         unit="units",
         tables=True,
         ordered=False,
@@ -85,6 +87,7 @@ FORMATS = {
         "folders of COLMAP models, such as sparse/0, matched by image name",
         read_colmap,
         is_folder=has_model,
+        inverted=True,
         unit="units",
         ordered=False,
         read_models=read_colmap_models,
@@ -112,6 +115,7 @@ FORMATS = {
         "OpenSfM's reconstruction.json, matched by image name",
         read_opensfm,
         begins=is_opensfm,
+        inverted=True,
         unit="units",
         ordered=False,
         read_models=read_opensfm_models,
