@@ -157,13 +157,8 @@ def _candidates(
     inputs = moved or [original]
     yield from ((pair, axes) for axes in (none, *swaps) for pair in inputs)
     if not moved:
-        # Both files transposed are B on the other side: what a few degrees of B would pass for.
         transposed, w_first, w_last = (
-            [
-                pair
-                for pair in _corrected(original, mistake, inverted)
-                if (mistake, pair.side) != (INVERTED_ROTATIONS, BOTH)
-            ]
+            list(_corrected(original, mistake, inverted))
             for mistake in (INVERTED_ROTATIONS, W_FIRST, W_LAST)
         )
         yield from ((pair, none) for pair in (*transposed, *w_first, *w_last))

@@ -57,7 +57,14 @@ STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MAX_RATIO = 30  # of the durations of two files in the same unit
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
-MIRRORS = [np.diag(axes) for axes in ((1.0, 1.0, -1.0), (1.0, -1.0, 1.0), (-1.0, 1.0, 1.0))]
+MIRRORS = {  # and what they do
+    "z negated": np.diag([1.0, 1.0, -1.0]),
+    "y negated": np.diag([1.0, -1.0, 1.0]),
+    "x negated": np.diag([-1.0, 1.0, 1.0]),
+    "x and y swapped": np.eye(3)[[1, 0, 2]],
+    "y and z swapped": np.eye(3)[[0, 2, 1]],
+    "x and z swapped": np.eye(3)[[2, 1, 0]],
+}
 
 
 class Scored(NamedTuple):
@@ -484,11 +491,12 @@ def _of_convention(
         parts = [f"{by.join(add)}{extra} corrects it"] if add else []
         parts += [f"leave out {by.join(leave)}{'' if add else extra}"] if leave else []
         option = "; ".join(parts)
-        if convention.side == BOTH and state.scored and _may_have_lever_arm(state.scored):
+        may_be_arm = convention.side == BOTH and not (settings.ref_invert or settings.invert)
+        if may_be_arm and state.scored and _may_have_lever_arm(state.scored):
             option += f"; if the positions of {files.estimate} are those of another point of its "
             option += "rig, --lever_arm auto instead"
     elif mistake == INVERTED_ROTATIONS:
-        text = f"the rotations of {names} seem to be world-to-camera, its positions not"
+        text = f"the rotations of {names} seem to be world-to-camera, positions not"
         option = "transpose them in the file"
     else:
         text = f"the quaternions of {names} seem to have w at the wrong end"
@@ -544,15 +552,6 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
         "as Unity's and Unreal's frames are, or has two axes swapped, such as north and east; or "
         "the estimate"
     )
-    positions = reference.poses.copy()
-    positions[:, :3, 3] @= MIRRORS[0]
-    changed = [positions]
-    if state.has_rotations:
-        for mirror in MIRRORS:
-            poses = reference.poses.copy()
-            poses[:, :3, 3] @= mirror
-            poses[:, :3, :3] = mirror @ poses[:, :3, :3] @ mirror
-            changed.append(poses)
     for side, trajectory in ((REF, reference), (EST, estimate)):
         if not _has_constant(trajectory):
             continue
@@ -562,8 +561,16 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
         option = _columns(state, files, {side: "y x"})
         if option:
             yield _Remedy("mirrored", text, f"{option} swaps two axes", both[REF], both[EST])
-    for poses in changed:
-        option = "correct the export: no rotation corrects it"
+    positions = reference.poses.copy()
+    positions[:, :3, 3] @= MIRRORS["z negated"]
+    changed = {"one axis negated, or two swapped, in its positions": positions}
+    for change, mirror in MIRRORS.items() if state.has_rotations else ():
+        poses = reference.poses.copy()
+        poses[:, :3, 3] @= mirror
+        poses[:, :3, :3] = mirror @ poses[:, :3, :3] @ mirror
+        changed[f"{change} in its positions and rotations"] = poses
+    for change, poses in changed.items():
+        option = f"correct the export: with {change}, {files.reference} fits"
         yield _Remedy("mirrored", text, option, reference._replace(poses=poses), estimate)
 
 
