@@ -52,7 +52,8 @@ OUTLIER, ROUNDING = 3.0, 1e-12  # median errors; steps of a camera that stands s
 EQUAL = 0.02  # difference between remedies that are equally good
 FRAME_RATE = 10.0  # in Hz, of frames without stamps
 BLOCKS = 20  # stretches of time, for standard errors
-MOTION_DEG, OUTLIERS = 30.0, 0.1  # largest rotation from one frame to the next, of all but so many
+MOTION_DEG = 30.0  # largest rotation from one frame to the next
+FEW, HALF = 0.1, 0.5  # of the motions of a reference, and of an estimate with outliers, are larger
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MAX_RATIO = 30  # of the durations of two files in the same unit
 TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
@@ -584,66 +585,86 @@ def _has_constant(trajectory: Trajectory) -> bool:
 def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield rows that are motions from frame to frame, multiplied to poses.
 
-    Their positions fit much better then.
+    Their positions fit much better then. A motion leads to the pose of its row, or away from it.
     """
     reference, estimate = state.reference, state.estimate
-    if not state.settings.file_format.ordered or not state.has_rotations:
+    if not state.has_rotations:
         return
-    now = np.inf
+    now, sides = np.inf, []
     if state.scored:
         rows = _sample(state.scored)
         if len(rows) < MIN_CAMERAS:
             return
         now = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows]).misfit
-    starts_later = estimate.keys.dtype.kind == "i" and len(estimate.keys) == len(reference.keys) - 1
-    if not state.scored and not starts_later:
-        return
-    sides = [EST, REF] if now > MAX_MISFIT else []
+        sides = [EST, REF] if now > MAX_MISFIT else []
+    else:
+        missing = len(reference.keys) - len(estimate.keys)  # n poses have n - 1 motions
+        if abs(missing) != 1 or not reference.keys.dtype.kind == estimate.keys.dtype.kind == "i":
+            return
+        sides = [EST if missing == 1 else REF]
     # The product of poses of a common frame can hide noise: both files must look like motions.
-    if _hardly_rotates(reference) and _hardly_rotates(estimate):
+    if _hardly_rotates(reference, FEW) and _hardly_rotates(estimate, HALF):
         sides.append(BOTH)
-    for side, inverse in product(sides, (False, True)):
+    for side, inverse, leads_away in product(sides, (False, True), (False, True)):
         ref, est = (
-            _multiplied(trajectory, inverse) if side in (changed, BOTH) else trajectory
+            _multiplied(trajectory, inverse, leads_away) if side in (changed, BOTH) else trajectory
             for changed, trajectory in ((REF, reference), (EST, estimate))
         )
-        if not state.scored and side == EST:  # the first pose is the identity
-            est = Trajectory(ref.keys, np.concatenate([np.eye(4)[None], est.poses]))
+        if not state.scored and side == EST:
+            est = _from_identity(est, reference)
+        elif not state.scored and side == REF:
+            ref = _from_identity(ref, estimate)
         if _misfit(ref, est) > (now / 3 if state.scored else MAX_MISFIT):
             continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
-        yield _Remedy("increments", text, "write their product, pose by pose", ref, est)
+        factors = "the product of their inverses" if inverse else "their product"
+        option = f"write {factors}, pose by pose"
+        option += ", starting from the identity" if leads_away or not state.scored else ""
+        yield _Remedy("increments", text, option, ref, est)
 
 
 def _misfit(reference: Trajectory, estimate: Trajectory) -> float:
     """Return the misfit of some positions whose keys are the same, or the nearest stamps."""
     estimated = np.flatnonzero(finite_rows(estimate.poses))
-    nearest, distance = nearest_stamps(reference.keys, estimate.keys[estimated])
-    gt, est = reference.poses[nearest], estimate.poses[estimated]
-    rows = finite_rows(gt) & (distance <= np.median(np.diff(reference.keys)) / 2)
+    if reference.keys.dtype.kind == "U":
+        _, nearest, of_est = np.intersect1d(
+            reference.keys, estimate.keys[estimated], return_indices=True
+        )
+        gt, est = reference.poses[nearest], estimate.poses[estimated[of_est]]
+        rows = finite_rows(gt)
+    else:
+        nearest, distance = nearest_stamps(reference.keys, estimate.keys[estimated])
+        gt, est = reference.poses[nearest], estimate.poses[estimated]
+        rows = finite_rows(gt) & (distance <= np.median(np.diff(reference.keys)) / 2)
     if rows.sum() < MIN_CAMERAS:
         return np.inf
     rows = np.flatnonzero(rows)[np.linspace(0, rows.sum() - 1, min(SAMPLE, rows.sum())).astype(int)]
     return fit_positions(gt[rows], est[rows]).misfit
 
 
-def _hardly_rotates(trajectory: Trajectory) -> bool:
-    """Return whether most rotations are small, as from frame to frame, and not all the same."""
+def _from_identity(products: Trajectory, other: Trajectory) -> Trajectory:
+    """Return the identity and products of motions, which are one fewer than the other's poses."""
+    return Trajectory(other.keys, np.concatenate([np.eye(4)[None], products.poses]))
+
+
+def _hardly_rotates(trajectory: Trajectory, outliers: float) -> bool:
+    """Return whether rotations are small, as from frame to frame, and not all the same."""
     rotations = trajectory.poses[finite_rows(trajectory.poses), :3, :3]
     traces = np.trace(rotations, axis1=1, axis2=2)
-    small = len(traces) and np.quantile(traces, OUTLIERS) > 1 + 2 * np.cos(np.radians(MOTION_DEG))
+    small = len(traces) and np.quantile(traces, outliers) > 1 + 2 * np.cos(np.radians(MOTION_DEG))
     return bool(small) and not _has_constant(trajectory)
 
 
-def _multiplied(trajectory: Trajectory, inverse: bool) -> Trajectory:
+def _multiplied(trajectory: Trajectory, inverse: bool, leads_away: bool) -> Trajectory:
     """Return the poses to which motions from frame to frame multiply; lost ones stay lost."""
     rows = np.flatnonzero(finite_rows(trajectory.poses))
     steps = inverse_poses(trajectory.poses[rows]) if inverse else trajectory.poses[rows]
-    products, pose = np.full_like(trajectory.poses, np.nan), np.eye(4)
+    products, before = np.full_like(trajectory.poses, np.nan), np.eye(4)
     for n, (row, step) in enumerate(zip(rows, steps, strict=True)):
-        pose = pose @ step
-        pose[:3, :3] = project_to_rotation(pose[:3, :3]) if n % 100 == 99 else pose[:3, :3]
-        products[row] = pose
+        after = before @ step
+        after[:3, :3] = project_to_rotation(after[:3, :3]) if n % 100 == 99 else after[:3, :3]
+        products[row] = before if leads_away else after
+        before = after
     return trajectory._replace(poses=products)
 
 
