@@ -34,6 +34,7 @@ N_MOTIONS, MIN_MOTIONS = 300, 20  # compared, evenly spread; fewer agree somewhe
 N_REFINED = 1000  # motions compared at the strongest offset
 BLOCKS = 20  # stretches of time, for standard errors
 TINY = 0.005  # seconds; a smaller offset is none
+LEVER = 0.04  # the same by speeds: at 1 m/s, that of a lever arm of 4 cm along the way
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = 3.0  # median disagreements
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
@@ -66,7 +67,8 @@ class Clock:
     @property
     def agrees(self) -> bool:
         """Whether the stamps agree as they are."""
-        return abs(self.seconds) <= max(TINY, 3 * self.error)
+        tiny = TINY if self.motions == "rotation rates" else LEVER
+        return abs(self.seconds) <= max(tiny, 3 * self.error)
 
 
 def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:

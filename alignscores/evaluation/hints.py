@@ -341,7 +341,7 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     reference, estimate = state.reference, state.estimate
     if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "i":
         return
-    if not state.settings.file_format.ordered or (state.scored and not _is_shifted(state.scored)):
+    if not state.settings.file_format.ordered:
         return
     clock = find_clock(
         *(poses._replace(keys=poses.keys / FRAME_RATE) for poses in (reference, estimate))
@@ -356,24 +356,6 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
             reference,
             estimate._replace(keys=estimate.keys + shift),
         )
-
-
-def _is_shifted(scored: Scored) -> bool:
-    """Return whether cameras turn, or move, more alike if one file comes a frame later."""
-    known, sizes = finite_rows(scored.est_poses), []
-    if known.sum() < MIN_CAMERAS:
-        return False
-    for poses in (scored.gt_poses[known], scored.est_poses[known]):
-        rotations = poses[:, :3, :3]
-        angles = rotation_angles(rotations[:-1].swapaxes(1, 2) @ rotations[1:])
-        steps = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
-        sizes.append(angles if angles.any() else steps / max(np.median(steps), ROUNDING))
-    gt, est = sizes
-    now, *shifted = (
-        np.median(np.abs(first - second))
-        for first, second in ((gt, est), (gt[1:], est[:-1]), (gt[:-1], est[1:]))
-    )
-    return bool(min(shifted) < now)
 
 
 def _units_and_clocks(state: _State, files: Files) -> Iterator[_Remedy]:
@@ -691,14 +673,15 @@ def _units_of_length(state: _State, files: Files) -> Iterator[_Remedy]:
         return
     scale = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows]).scale
     for factor, unit in LENGTHS.items():
-        for side, ratio in ((EST, factor), (REF, 1 / factor)):
+        for side, other, ratio in ((EST, REF, factor), (REF, EST, 1 / factor)):
             if abs(np.log(scale / ratio)) < 0.1:
                 poses = state.estimate.poses.copy()
                 poses[:, :3, 3] /= ratio
+                or_km = f", or those of {files.name(other)} in km" if unit == "mm" else ""
                 yield _Remedy(
                     "units",
-                    f"the positions of {files.name(side)} seem to be in {unit}, with an estimate "
-                    f"of {scale:.4g}x the reference",
+                    f"the positions of {files.name(side)} seem to be in {unit}{or_km}, with an "
+                    f"estimate of {scale:.4g}x the reference",
                     "write both in one unit, or --alignment similarity removes the scale",
                     state.reference,
                     state.estimate._replace(poses=poses),
