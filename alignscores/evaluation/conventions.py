@@ -15,6 +15,7 @@ B of a few degrees is inaccuracy, which no mistake has to explain.
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -85,7 +86,7 @@ def find_conventions(
     rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
     original = _Pair("", "", gt, est, fit_positions(gt, est))
-    moved = list(_moved(original, inverted))
+    moved = _moved(original, inverted)
     ras_now = _ras_as_it_is(original)
     min_ras, min_ras_inconsistent = ras_now + MIN_GAIN, ras_now + min(0.3, (1 - ras_now) / 2)
     if any(_are_truer(pair, original) for pair in moved):
@@ -176,20 +177,21 @@ def _ras_as_it_is(pair: _Pair) -> float:
     return max(as_it_is, near.ras) if may_be_near else as_it_is
 
 
-def _moved(original: _Pair, inverted: Collection[str]) -> Iterator[_Pair]:
-    """Yield pairs without a mistake whose positions fit much better.
+def _moved(original: _Pair, inverted: Collection[str]) -> list[_Pair]:
+    """Return the pairs without a mistake whose positions fit best, if they fit much better.
 
     In the coordinates of the camera all that is far away moves as the camera turns. Where that path
     has the larger steps, and positions fit as they are, they are the true ones.
     """
-    now = original.positions.misfit
-    for mistake in CORRECTIONS:
-        for pair in _corrected(original, mistake, inverted):
-            hides_errors = (mistake, pair.side) == (INVERTED, BOTH) and now < MAX_MISFIT
-            if hides_errors and _step(pair.gt) > _step(original.gt):
-                continue
-            if pair.positions.misfit < now / 2:
-                yield pair
+    pairs, now = [], original.positions.misfit
+    for pair in chain.from_iterable(_corrected(original, each, inverted) for each in CORRECTIONS):
+        hides_errors = (pair.mistake, pair.side) == (INVERTED, BOTH) and now < MAX_MISFIT
+        if hides_errors and _step(pair.gt) > _step(original.gt):
+            continue
+        if pair.positions.misfit < now / 2:
+            pairs.append(pair)
+    least = min((pair.positions.misfit for pair in pairs), default=0.0)
+    return [pair for pair in pairs if pair.positions.misfit <= 2 * least]
 
 
 def _are_truer(pair: _Pair, original: _Pair) -> bool:
