@@ -14,7 +14,9 @@ import numpy as np
 import pandas as pd
 
 from ..evaluation.evaluation import finite_or_none
+from ..evaluation.match import check_reference
 from ..evaluation.notes import collected_warnings, ends_notes, why
+from ..evaluation.rigs import of_model, of_reference
 from ..evaluation.settings import Settings, changed
 from ..files import read_text
 from ..io import FAILURES, FileError, read_stamps, recognise
@@ -383,9 +385,10 @@ def _tasks(
         options = {**options, "frames": pattern.fill({"sequence": sequence})}
     settings = replace(settings, **options)
     with collected_warnings() as notes:
-        reference_of(file, settings)
+        reference, rig_frames = reference_of(file, settings), of_model(file, settings)
         if settings.frames is not None:
             read_stamps(str(settings.frames))
+        check_reference(reference, settings, of_reference(reference, rig_frames, settings))
     tasks: list[Task] = []
     checked_systems: set[str] = set()  # the first run of a system shows what is mixed up in all
     for run in benchmark.runs:

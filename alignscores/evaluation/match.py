@@ -31,6 +31,7 @@ from .time import (
 
 __all__ = [
     "Matches",
+    "check_reference",
     "check_scorable",
     "match",
     "no_clock",
@@ -149,12 +150,20 @@ def check_scorable(
         if n > 1 and (positions == positions[0]).all():
             raise ValueError(f"the reference stands still: all of its {n} {what} have one position")
         if n < 4:
-            reason = f"the reference has {n} {what}, and it takes 4"
+            reason = f"{n} {what} of the reference are expected, and it takes 4"
         else:
             reason = f"at least three quarters of the reference {what} coincide with another one"
             if matches.keys.dtype.kind == "U" and what == "poses":
                 remedy += ", or --rig_frames says which are cameras of one rig"
         raise ValueError(f"d cannot be derived: {reason}; {remedy}")
+
+
+def check_reference(
+    reference: Trajectory, settings: Settings, groups: Indices | None = None
+) -> None:
+    """Raise a ValueError where not even the reference itself could be scored as an estimate."""
+    poses = reference.with_rotations()
+    check_scorable(poses, poses, match(poses, poses, settings, groups), settings)
 
 
 def with_stamps_of_sparse(

@@ -30,7 +30,7 @@ from .reading import (
     read_reference,
     with_formats,
 )
-from .rigs import by_keys, of_groups, of_model, of_rows
+from .rigs import of_groups, of_model, of_reference
 from .settings import Settings, changed
 
 __all__ = ["evaluate", "score"]
@@ -148,9 +148,7 @@ def score(
     with collected_warnings() as of_file:  # these name the file
         models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]
-    groups = by_keys(rig_frames, reference.keys)
-    if groups is None:
-        groups = of_rows(reference, settings)
+    groups = of_reference(reference, rig_frames, settings)
     rows: tuple[Model, ...] = ()
     of_models = None
     if len(models) == 1:
