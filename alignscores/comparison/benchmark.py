@@ -46,6 +46,7 @@ class Benchmark:
     runs: list[Run]  # also missing ones
     problems: list[str]  # a line for each file that is left out
     files: list[str]  # also those that are left out
+    left_out: list[str] = field(default_factory=list)  # sequences without a reference or a run
     sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)  # settings
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
 
@@ -95,7 +96,8 @@ def from_patterns(
     default = {"sequence": Path(reference).stem, "run": "1"}
     references = _by_fields(ref_files, FIELDS[:1], default, problems)
     estimates = _by_fields(est_files, FIELDS, default, problems)
-    with_runs = _with_runs(references, {key[0] for key in estimates}, sequences, problems)
+    tried = {key[0] for key in estimates}
+    with_runs, left_out = _with_runs(references, tried, sequences, problems)
     expected = expected or {}
     runs: list[Run] = []
     for system in sorted({*systems, *(key[1] for key in estimates)}, key=_natural_key):
@@ -110,7 +112,7 @@ def from_patterns(
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
     runs.sort(key=lambda run: list(with_runs).index(run.sequence))
     format = format or recognise(next(iter(ref_files)), columns)
-    return Benchmark(format, with_runs, runs, problems, [*ref_files, *est_files])
+    return Benchmark(format, with_runs, runs, problems, [*ref_files, *est_files], left_out)
 
 
 def _find_files(
@@ -160,15 +162,20 @@ def _by_fields(
 
 def _with_runs(
     references: PathsByKey, tried: Collection[str], expected: Sequence[str], problems: list[str]
-) -> dict[str, str]:
-    """Return the references of the sequences where any system has a run; others are problems."""
-    for sequence in sorted({*tried, *(key for (key,) in references), *expected}):
-        if (sequence,) not in references:
-            problems.append(f"sequence {sequence}: has no reference; left out")
-        elif sequence not in tried:
-            problems.append(f"sequence {sequence}: no system has a run on it; left out")
-    names = sorted((key for (key,) in references if key in tried), key=_natural_key)
-    return {name: references[name,] for name in names}
+) -> tuple[dict[str, str], list[str]]:
+    """Return the references of the sequences where any system has a run, and the other sequences.
+
+    The others are problems.
+    """
+    names, left_out = [], []
+    for sequence in sorted({*tried, *(key for (key,) in references), *expected}, key=_natural_key):
+        if (sequence,) in references and sequence in tried:
+            names.append(sequence)
+            continue
+        reason = "no system has a run on it" if (sequence,) in references else "has no reference"
+        problems.append(f"sequence {sequence}: {reason}; left out")
+        left_out.append(sequence)
+    return {name: references[name,] for name in names}, left_out
 
 
 def _runs_of_system(

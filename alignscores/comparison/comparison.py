@@ -36,7 +36,7 @@ from .summary import (
     records,
     summarise,
 )
-from .verdict import notes_on_runs, texts_by_run, verdict
+from .verdict import left_out_sequences, notes_on_runs, texts_by_run, verdict
 
 __all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "finite", "from_table"]
 __all__ += ["read_runs"]
@@ -64,6 +64,8 @@ class Comparison:
         How the runs were scored, unless the benchmark says otherwise; None for a table.
     problems : list of str
         What was left out, and why.
+    left_out : list of str
+        The sequences that were left out.
     sequence_notes : list of str
         Notes on the references.
     errors : mapping of Run to Errors
@@ -82,6 +84,7 @@ class Comparison:
     design: Design = "independent"
     settings: Settings | None = None
     problems: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
     sequence_notes: list[str] = field(default_factory=list)
     errors: Mapping[Run, Errors] = field(default_factory=dict)
 
@@ -135,7 +138,8 @@ class Comparison:
         >>> compare(runs, by="PAS").verdict[0][:44]
         'a is ahead of b: it wins 100 % of the run pa'
         """
-        return verdict(self.distinct, self.by, self.larger, self.overall, self.pairs)
+        lines = verdict(self.distinct, self.by, self.larger, self.overall, self.pairs)
+        return lines + left_out_sequences(self.left_out, self.runs)
 
     @cached_property
     def notes(self) -> list[str]:
@@ -353,7 +357,7 @@ def compare_runs(
     names = list(dict.fromkeys([*SCORES, *settings.metrics]))
     if by not in names:
         raise ValueError(f"by must be one of {', '.join(names)}, not {by}")
-    problems = list(benchmark.problems)
+    problems, left_out = list(benchmark.problems), list(benchmark.left_out)
     notes: list[tuple[str, str]] = []
     tasks: list[Task] = []
     forget_references()  # so that their notes are shown again
@@ -362,6 +366,7 @@ def compare_runs(
             tasks_on_sequence, notes_on_reference = _tasks(benchmark, sequence, settings, cache)
         except FAILURES as error:
             problems.append(f"sequence {sequence}: left out: {why(error)}")
+            left_out.append(sequence)
         else:
             tasks += tasks_on_sequence
             notes += notes_on_reference
@@ -371,7 +376,12 @@ def compare_runs(
     comparison = from_table(runs, by, design=design)
     notes += _notes_on_ends(errors)
     return replace(
-        comparison, settings=settings, problems=problems, sequence_notes=alike(notes), errors=errors
+        comparison,
+        settings=settings,
+        problems=problems,
+        left_out=left_out,
+        sequence_notes=alike(notes),
+        errors=errors,
     )
 
 
