@@ -3,6 +3,7 @@
 import argparse
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
@@ -111,6 +112,13 @@ class Parser(argparse.ArgumentParser):
         if note := metrics_with_scale(settings):
             print_note(note)
         return settings
+
+    def with_format(self, settings: Settings, name: str | None) -> Settings:
+        """Return settings with the format of the files, to which all of them must apply."""
+        try:
+            return replace(settings, format=name)
+        except ValueError as error:
+            self.error(str(error))
 
     def error(self, message: str) -> NoReturn:
         """End with the message, and where to find the usage."""

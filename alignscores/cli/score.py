@@ -203,7 +203,7 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
         parser.error(f"{estimates[0]} is not a file; topics are options here: {hint}")
     settings = parser.settings(arguments)
     if not arguments.format:
-        settings = replace(settings, format=format_of(reference, settings, "ref"))
+        settings = parser.with_format(settings, format_of(reference, settings, "ref"))
         print_note(f"detected format: {settings.format}")
     return reference, estimates, settings
 

@@ -12,7 +12,7 @@ from ..extras import require
 from ..io import recognise
 from ..texts import brief, first_few, printable, unique_names
 from ..validation import check_positive
-from .patterns import Pattern
+from .patterns import BenchmarkError, Pattern
 
 __all__ = ["Benchmark", "Estimates", "Run", "from_files", "from_patterns", "read_yaml"]
 
@@ -121,12 +121,12 @@ def _find_files(
     """Return the files of both patterns with the values of their fields; at least one of each."""
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
     if "system" not in est_pattern.fields:
-        raise ValueError(
+        raise BenchmarkError(
             "the pattern of the estimates needs {system} in place of the systems' names, as in "
             f"'runs/{{system}}.txt', not {estimate}"
         )
     if ("sequence" in ref_pattern.fields) != ("sequence" in est_pattern.fields):
-        raise ValueError(
+        raise BenchmarkError(
             f"both patterns need {{sequence}}, or none of them: {reference} and {estimate}"
         )
     references, estimates = ref_pattern.find(), est_pattern.find()
@@ -212,6 +212,8 @@ def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
     try:
         content = _mapping(load_yaml(path), KEYS, "")
         return _from_mapping(content, Path(path).parent, expect_all)
+    except BenchmarkError as error:
+        raise BenchmarkError(f"{path}: {error}") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
@@ -220,19 +222,23 @@ def _from_mapping(content: Mapping[str, Any], folder: Path, expect_all: bool) ->
     """Return the benchmark that the content of a YAML file describes."""
     for key in ("reference", "estimate"):
         if not isinstance(value := content.get(key), str):
-            raise ValueError(f"needs {key}, a text, not {brief(value)}")
-    format = Settings(format=content.get("format")).format
+            raise BenchmarkError(f"needs {key}, a text, not {brief(value)}")
+    format = content.get("format")
     sequences = _entries(content, "sequences", SEQUENCE_KEYS)
     systems = _entries(content, "systems", SYSTEM_KEYS)
     runs = {"": content["runs"]} if "runs" in content else {}
     runs |= {name: entry.pop("runs") for name, entry in systems.items() if "runs" in entry}
-    for number in runs.values():
-        check_positive(number, "runs", integer=True)
-    for entry, options in [*sequences.items(), *systems.items()]:
-        try:
+    where = ""
+    try:
+        for number in runs.values():
+            check_positive(number, "runs", integer=True)
+        Settings(format=format)
+        for name, options in [*sequences.items(), *systems.items()]:
+            where = f"{name}: "
             Settings(**{"format": format, **options})
-        except ValueError as error:
-            raise ValueError(f"{entry}: {error}") from None
+    except ValueError as error:
+        raise BenchmarkError(f"{where}{error}") from None
+    for options in sequences.values():
         if "frames" in options:
             options["frames"] = str(folder / options["frames"])
     patterns = (str(folder / content[key]) for key in ("reference", "estimate"))
@@ -258,12 +264,12 @@ def _entries(
 
 
 def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, Any]:
-    """Return a mapping, empty for None; with `keys` raise ValueError for any other key."""
+    """Return a mapping, empty for None; with `keys` raise an error for any other key."""
     if value is None:
         return {}
     if not isinstance(value, dict):
-        raise ValueError(f"{where}must be a mapping, not {brief(value)}")
+        raise BenchmarkError(f"{where}must be a mapping, not {brief(value)}")
     for key in value:
         if keys is not None and key not in keys:
-            raise ValueError(f"{where}unknown key {brief(key)}; use {', '.join(keys)}")
+            raise BenchmarkError(f"{where}unknown key {brief(key)}; use {', '.join(keys)}")
     return value

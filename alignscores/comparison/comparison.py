@@ -24,7 +24,7 @@ from ..metrics import metric
 from ..texts import alike, first_few, printable
 from ..version import __version__
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
-from .patterns import Pattern
+from .patterns import BenchmarkError, Pattern
 from .runs import SCORES, Errors, Task, check_file, forget_references, reference_of, score_runs
 from .summary import (
     Better,
@@ -317,7 +317,7 @@ def find_benchmark(
     """Find the files of two patterns, take those that are named, or read a YAML file."""
     if estimates is None:
         if Path(references).suffix not in (".yaml", ".yml"):
-            raise ValueError(
+            raise BenchmarkError(
                 f"{references}: give a pattern of estimates, too, or one YAML or CSV file"
             )
         return read_yaml(references, expect_all=expect_all)
