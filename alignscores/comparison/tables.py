@@ -15,7 +15,7 @@ import pandas as pd
 from ..evaluation.settings import Settings
 from ..extras import require
 from ..metrics import header
-from ..texts import in_markdown, text_table
+from ..texts import in_latex, in_markdown, text_table, with_footnotes
 from .comparison import Comparison
 from .statistics import LEVEL
 from .summary import (
@@ -43,23 +43,6 @@ class TableStyle:
     bold: Callable[[str], str]
 
 
-def latex(text: str) -> str:
-    """Return a text that LaTeX shows as it is."""
-    return text.translate(LATEX)
-
-
-LATEX = str.maketrans(
-    {
-        **{letter: rf"\{letter}" for letter in "&%$#_{}"},
-        "~": r"\textasciitilde{}",
-        "^": r"\textasciicircum{}",
-        "\\": r"\textbackslash{}",
-        "<": r"\textless{}",
-        ">": r"\textgreater{}",
-        "|": r"\textbar{}",
-        '"': r"\textquotedbl{}",
-    }
-)
 BOLD = "bold: best mean, significant or not"
 EQUAL, UNTESTED, FAILED = "$^{=}$", r"$^{\mathrm{n}}$", r"$^{\dagger}$"  # marks in LaTeX
 LATEX_LEGEND = {
@@ -196,7 +179,7 @@ def _latex_table(comparison: Comparison) -> pd.DataFrame:
     from it, n those that are not tested against it.
     """
     systems = comparison.overall["system"]
-    columns = {"system": [latex(system) for system in systems]}
+    columns = {"system": [in_latex(system) for system in systems]}
     for name in dict.fromkeys([*METRICS[:4], comparison.by]):
         if name not in comparison.overall:
             continue
@@ -204,10 +187,10 @@ def _latex_table(comparison: Comparison) -> pd.DataFrame:
         if name != comparison.by:
             pairs = pairs_of(comparison.distinct, name, larger, comparison.design)
         decimals, cells = _latex_column(comparison.overall, name, larger, pairs)
-        columns[latex(_header(name, comparison))] = cells
+        columns[in_latex(_header(name, comparison))] = cells
         if name == comparison.by and not _same_sequences(comparison):
             all_means = comparison.overall[f"{name}_all"]
-            columns[latex(f"{name} (all)")] = [_fixed(value, decimals) for value in all_means]
+            columns[in_latex(f"{name} (all)")] = [_fixed(value, decimals) for value in all_means]
     return pd.DataFrame(columns)
 
 
@@ -249,14 +232,12 @@ def as_latex(comparison: Comparison) -> str:
     text = str(table.to_latex(index=False, escape=False, column_format="l" + "r" * (n - 1)))
     means = f"mean over {_sequences(comparison)}"
     legend = [rf"{means} $\pm$ standard deviation of the runs on a sequence"]
+    if comparison.settings is not None:
+        legend.append(comparison.settings.how_aligned)
     legend += [BOLD] if r"\textbf" in text else []
     legend += [line for mark, line in LATEX_LEGEND.items() if mark in text]
-    footer = "".join(
-        rf"\multicolumn{{{n}}}{{l}}{{\footnotesize {line}}} \\" + "\n" for line in legend
-    )
     lines = [*comparison.verdict, *(f"note: {note}" for note in comparison.notes)]
-    end = r"\end{tabular}"
-    return text.replace(end, footer + end) + "".join(f"% {line}\n" for line in lines)
+    return with_footnotes(text, n, legend) + "".join(f"% {line}\n" for line in lines)
 
 
 def _sequences(comparison: Comparison) -> str:
