@@ -67,7 +67,7 @@ class Parser(argparse.ArgumentParser):
             help = f"print {name} instead of the table"
             add_exclusive(f"--{option}", dest="show", action="store_const", const=option, help=help)
         self.set_defaults(show="text")
-        help = f"write all of {', '.join(folder)}"
+        help = f"write all of {', '.join(folder)}; existing files are replaced, inputs never"
         add("-o", "--output", metavar="FOLDER", type=Path, help=help)
         for name in options:
             suffixes = OUTPUTS[name].suffixes
