@@ -52,7 +52,7 @@ class Comparison:
     ----------
     runs : DataFrame
         A row for each run: ``sequence, system, run, file, status`` (*scored*, *failed*, *missing*
-        or *copy*), ``error``, a column for each metric, ``n``, ``lost``, ``d``, ``scale``,
+        or *copy*), ``error``, a column for each metric, ``n``, ``lost``, ``unit``, ``scale``,
         ``chance``, ``notes`` and ``settings``. A failed run has the worst values.
     by : str
         The metric of verdict, ranks and pairs.

@@ -99,7 +99,7 @@ def score_runs(
                 **dict.fromkeys([*SCORES, *task.settings.metrics], math.nan),
                 "n": 0,
                 "lost": 1.0,
-                **dict.fromkeys(["d", "scale", "chance"], math.nan),
+                **dict.fromkeys(["unit", "scale", "chance"], math.nan),
                 "reference_rotations": None,
                 **dict.fromkeys(["notes", "hints", "low_score"], ""),
                 "settings": settings_text(task.settings),
@@ -236,7 +236,7 @@ def _row(evaluation: Evaluation) -> dict[str, Any]:
         **scores,
         "n": len(evaluation.matches.keys),
         "lost": evaluation.lost,
-        "d": evaluation.result.tas.unit,
+        "unit": evaluation.result.tas.unit,
         "scale": math.nan if evaluation.scale is None else evaluation.scale,
         "chance": evaluation.chance,
         "notes": SEPARATOR.join(notes),
@@ -305,7 +305,7 @@ def _read_stored(file: Path) -> Result | None:
     try:
         stored = json.loads(read_bytes(file))
         row, errors = dict(stored["row"]), dict(stored["errors"])
-        numbers = [row[name] for name in (*SCORES, "n", "lost", "d", "scale", "chance")]
+        numbers = [row[name] for name in (*SCORES, "n", "lost", "unit", "scale", "chance")]
         texts = [row[name] for name in ("notes", "hints", "low_score")]
         if not all(isinstance(value, (int, float)) for value in numbers):
             return None

@@ -153,8 +153,8 @@ def by_sequence(comparison: Comparison, style: TableStyle = TEXT) -> pd.DataFram
                 text += f" †{row['failed']}" if row["failed"] and "†" not in text else ""
             cells[style.escape(sequence)] = text
         rows.append(cells)
-    if comparison.runs["d"].notna().any():
-        d = comparison.runs.groupby("sequence", sort=False)["d"].first()
+    if comparison.runs["unit"].notna().any():
+        d = comparison.runs.groupby("sequence", sort=False)["unit"].first()
         name = "d [m]" if _header("half_distance", comparison).endswith("[m]") else "d"
         rows.append({corner: name, **{style.escape(s): f"{d[s]:.4g}" for s in sequences}})
     return pd.DataFrame(rows)

@@ -36,7 +36,7 @@ def test_runs_and_options_in_a_yaml_file(patterns, compare, run, tmp_path):
     results = compare("b.yaml")["runs"]
     missing = [(r["system"], r["run"]) for r in results if r["status"] == "missing"]
     assert missing == [("a_b", "3"), ("c", "2"), ("a_b", "3")]
-    assert {r["d"] for r in results if r["sequence"] == "car"} == {0.5, None}
+    assert {r["unit"] for r in results if r["sequence"] == "car"} == {0.5, None}
 
 
 def test_paths_are_relative_to_the_yaml_file(files, tmp_path):

@@ -169,7 +169,7 @@ def test_rig_frames_of_a_colmap_model_count_as_one_camera(source, tmp_path):
     assert each.matches.unit == closest_pair_quartile(positions)
     if source == "binary":
         compared = compare(str(tmp_path), {"same": str(tmp_path)}, format="colmap")
-        assert compared.runs["d"].to_list() == [evaluation.matches.unit]
+        assert compared.runs["unit"].to_list() == [evaluation.matches.unit]
 
 
 def test_a_model_whose_frames_have_one_image_each_has_no_rig(tmp_path):
