@@ -19,12 +19,11 @@ from ..comparison.comparison import (
 )
 from ..comparison.gate import WORSE, Condition, conditions_of, reasons_to_fail
 from ..comparison.patterns import BenchmarkError
-from ..comparison.runs import SCORES
 from ..comparison.summary import Design, larger_is_better, metric_columns
 from ..comparison.tables import as_latex, problems_of
 from ..evaluation.settings import Settings
 from ..io import FORMATS
-from ..metrics import metric
+from ..metrics import SCORES, metric
 from ..show.report import json_report, markdown_report, text_report
 from ..show.tables import as_csv
 from ..texts import printable

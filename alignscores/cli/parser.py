@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ..evaluation.settings import ABOUT, SCORES, Settings
+from ..evaluation.settings import ABOUT, SCORING, Settings
 from ..texts import printable
 from .evo import ELSEWHERE, add_alignment, alignment_of, metrics_with_scale
 from .output import OUTPUTS, PRINTED, STDOUT, print_note
@@ -56,7 +56,7 @@ class Parser(argparse.ArgumentParser):
                 self.groups[about["group"]] = self.add_argument_group(about["group"])
             add = self.groups[about["group"]].add_argument
             add(f"--{name}", default=default, help=help, **keywords)
-        add_alignment(self.groups[SCORES].add_argument)
+        add_alignment(self.groups[SCORING].add_argument)
 
     def add_outputs(self, options: Iterable[str], folder: Iterable[str]) -> None:
         """Add what both commands print and write; `folder` are the files that ``-o`` writes."""

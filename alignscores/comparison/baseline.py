@@ -12,7 +12,7 @@ import pandas as pd
 
 from ..io import FileError
 from ..texts import first_few, printable
-from .comparison import Comparison, finite, read_runs
+from .comparison import Comparison, for_json, read_runs
 from .statistics import holm
 from .summary import checked, compare_systems, completed, records, values_of
 from .tables import TEXT, TableStyle, number
@@ -71,7 +71,7 @@ class Changes:
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON output has of it."""
         entry = {"file": printable(self.file), "metric": self.by, "level": self.level}
-        return entry | {"notes": self.notes, "systems": finite(self.systems)}
+        return entry | {"notes": self.notes, "systems": for_json(self.systems)}
 
 
 def read_baseline(file: str, by: str) -> pd.DataFrame:

@@ -1,7 +1,7 @@
 """The comparison of systems over sequences and runs: from their files to the verdict."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -20,12 +20,12 @@ from ..evaluation.rigs import of_model, of_reference
 from ..evaluation.settings import Settings, changed
 from ..files import read_text
 from ..io import FAILURES, FileError, read_stamps, recognise
-from ..metrics import metric
+from ..metrics import SCORES, metric
 from ..texts import alike, first_few, printable
 from ..version import __version__
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
 from .patterns import BenchmarkError, Pattern
-from .runs import SCORES, Errors, Task, check_file, forget_references, reference_of, score_runs
+from .runs import Errors, Progress, Task, check_file, forget_references, reference_of, score_runs
 from .summary import (
     Better,
     Design,
@@ -38,10 +38,8 @@ from .summary import (
 )
 from .verdict import left_out_sequences, notes_on_runs, texts_by_run, verdict
 
-__all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "finite", "from_table"]
+__all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "for_json", "from_table"]
 __all__ += ["read_runs"]
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +188,7 @@ class Comparison:
             "problems": [printable(problem) for problem in self.problems],
             "verdict": self.verdict,
             "notes": self.notes,
-            **{name: finite(getattr(self, name)) for name in ("runs", "summary", "pairs")},
+            **{name: for_json(getattr(self, name)) for name in ("runs", "summary", "pairs")},
         }
 
 
@@ -426,14 +424,14 @@ def _notes_on_ends(errors: Mapping[Run, Errors]) -> list[tuple[str, str]]:
     return notes
 
 
-def finite(value: Any) -> Any:
+def for_json(value: Any) -> Any:
     """Return a value as JSON has it: None for numbers that are not finite, rows of a table."""
     if isinstance(value, pd.DataFrame):
-        return [finite(row) for row in records(value)]
+        return [for_json(row) for row in records(value)]
     if isinstance(value, dict):
-        return {str(key): finite(entry) for key, entry in value.items()}
+        return {str(key): for_json(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [finite(entry) for entry in value]
+        return [for_json(entry) for entry in value]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float):

@@ -26,7 +26,7 @@ from ..evaluation.settings import ABOUT, Settings
 from ..extras import require
 from ..files import open_file, read_bytes
 from ..io import FAILURES, FileError, Trajectory
-from ..metrics import metric
+from ..metrics import SCORES, metric
 from ..texts import printable
 from ..version import __version__
 from ..writing import write_whole
@@ -35,10 +35,9 @@ from .benchmark import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["SCORES", "SEPARATOR", "Errors", "Task", "check_file", "forget_references"]
+__all__ = ["SEPARATOR", "Errors", "Progress", "Task", "check_file", "forget_references"]
 __all__ += ["reference_of", "score_run", "score_runs"]
 
-SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
 SEPARATOR = " | "  # between the notes of a run
 MAX_BYTES = 10**13  # of a bag
 MAX_SERIAL_RUNS = 16  # as many are scored before another process would have started

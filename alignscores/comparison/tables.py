@@ -32,7 +32,7 @@ __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "l
 __all__ += ["HTML", "MARKDOWN", "TEXT", "notes_of", "number", "overall"]
 __all__ += ["differences_of", "problems_of", "wins_text"]
 
-METRICS = "TAS", "RAS", "PAS", "half_distance", "half_angle"
+USUAL = "TAS", "RAS", "PAS", "half_distance", "half_angle"
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def _metric_names(comparison: Comparison) -> list[str]:
     means = comparison.overall
     return [
         name
-        for name in dict.fromkeys([*METRICS, *requested, comparison.by])
+        for name in dict.fromkeys([*USUAL, *requested, comparison.by])
         if name == comparison.by or (name in means and means[name].notna().any())
     ]
 
@@ -180,7 +180,7 @@ def _latex_table(comparison: Comparison) -> pd.DataFrame:
     """
     systems = comparison.overall["system"]
     columns = {"system": [in_latex(system) for system in systems]}
-    for name in dict.fromkeys([*METRICS[:4], comparison.by]):
+    for name in dict.fromkeys([*USUAL[:4], comparison.by]):
         if name not in comparison.overall:
             continue
         larger, pairs = _larger(comparison, name), comparison.pairs
@@ -266,16 +266,11 @@ def legend(comparison: Comparison, style: TableStyle = TEXT) -> list[str]:
 
 def _is_any_best(comparison: Comparison) -> bool:
     """Return whether `overall` or `by_sequence` have a best mean."""
-    by, larger, on_sequences = (
-        comparison.by,
-        comparison.larger,
-        comparison.summary.dropna(subset="sequence"),
-    )
-    means = [
-        (comparison.overall[name], _larger(comparison, name)) for name in _metric_names(comparison)
-    ]
-    means += [(group[by], larger) for _, group in on_sequences.groupby("sequence")]
-    return any(best_means(*arguments).any() for arguments in means)
+    overall, by = comparison.overall, comparison.by
+    best = [best_means(overall[m], _larger(comparison, m)) for m in _metric_names(comparison)]
+    for _, means in comparison.summary.dropna(subset="sequence").groupby("sequence"):
+        best.append(best_means(means[by], comparison.larger))
+    return any(is_best.any() for is_best in best)
 
 
 def conditions(settings: Settings | None) -> list[str]:

@@ -52,7 +52,7 @@ def verdict(
         n = len(common_sequences(runs))
         lines.append(
             f"{best[0]} has the {'highest' if larger else 'lowest'} mean {by} ({mean:.4g}, "
-            f"{_number(n, 'sequence')}), but too few runs for a test."
+            f"{_counted(n, 'sequence')}), but too few runs for a test."
         )
     return [*lines, *_too_few_runs(pairs), *_without_value(runs, by), *_missing_sequences(runs, by)]
 
@@ -85,13 +85,13 @@ def _on_pair(pair: dict[str, Any], by: str, n_tested: int, n_sequences: int) -> 
         p_values += f", adjusted for {n_tested} pairs {pair['p']:.2g}"
     difference = difference_text(value, low, high, significant=significant)
     mean = f", mean {by} {difference}" if math.isfinite(value) else ""
-    where = _number(pair["sequences"], "sequence")
+    where = _counted(pair["sequences"], "sequence")
     if pair["sequences"] < n_sequences:
         where = f"{pair['sequences']} of {n_sequences} sequences"
     return f"{result} wins {100 * wins:.0f} % of the run pairs on {where} ({p_values}){mean}."
 
 
-def _number(n: int, what: str) -> str:
+def _counted(n: int, what: str) -> str:
     """Return a number of things."""
     return f"{n} {what}{'s' * (n != 1)}"
 
@@ -135,13 +135,13 @@ def _too_few_runs(pairs: pd.DataFrame) -> list[str]:
 def _runs_text(pair: dict[str, Any]) -> str:
     """Return how many runs a pair has."""
     fewer, more = sorted((pair["runs_a"], pair["runs_b"]))
-    where = _number(pair["sequences"], "sequence")
+    where = _counted(pair["sequences"], "sequence")
     if pair["method"] == SINGLE:
         return f"single runs on {where}"
     if pair["method"] == PAIRED:
         return f"so few paired runs on {where}"
     if pair["method"] == DEPENDENT and fewer < MIN_RUNS:
-        return f"{_number(fewer, 'run')} that all of {where} have"
+        return f"{_counted(fewer, 'run')} that all of {where} have"
     return f"{f'{fewer} runs each' if fewer == more else f'{fewer} and {more} runs'} on {where}"
 
 
