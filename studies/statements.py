@@ -248,11 +248,11 @@ class Claims:
     def needed(self, replicate: int) -> Iterator[Claim]:
         """All claims that a replicate study decides: as they are, and under other readings."""
         yield from self.claims.values()
-        for _, reading, claims in self.read():
+        for _, reading, claims in self.other_readings():
             if replicate < self.n_studies(reading):
                 yield from claims.values()
 
-    def read(self) -> Iterator[tuple[Decision, Reading, dict[str, Claim]]]:
+    def other_readings(self) -> Iterator[tuple[Decision, Reading, dict[str, Claim]]]:
         """All readings but the chosen ones, with the claims that they change, by their names."""
         for decision in self.decisions:
             for reading in decision.readings[1:]:
