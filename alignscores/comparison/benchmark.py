@@ -4,6 +4,7 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -229,11 +230,13 @@ def _from_mapping(content: Mapping[str, Any], folder: Path, expect_all: bool) ->
     runs = {"": content["runs"]} if "runs" in content else {}
     runs |= {name: entry.pop("runs") for name, entry in systems.items() if "runs" in entry}
     where = ""
+    both = product(sequences.items(), systems.items())
+    entries = [(f"{a}, {b}", {**of_a, **of_b}) for (a, of_a), (b, of_b) in both]
     try:
         for number in runs.values():
             check_positive(number, "runs", integer=True)
         Settings(format=format)
-        for name, options in [*sequences.items(), *systems.items()]:
+        for name, options in [*sequences.items(), *systems.items(), *entries]:
             where = f"{name}: "
             Settings(**{"format": format, **options})
     except ValueError as error:

@@ -59,6 +59,11 @@ def test_paths_are_relative_to_the_yaml_file(files, tmp_path):
         ("unit: 0.5", "unit: small", "car: unit must be a finite number above 0, not 'small'"),
         ("runs: 3", "runs: [", "cannot be read: "),
         ("reference:", "# reference:", "needs reference, a text"),
+        (
+            "unit: 0.5, t_offset: 0.0}\nsystems:\n  a_b: {",
+            "frames: f.txt}\nsystems:\n  a_b: {t_offset: auto, ",
+            "b.yaml: car, a_b: frames need t_offset in seconds: auto would",
+        ),
         ("{system}/", "{name}/", "b.yaml: the pattern {sequence}/{name}/{run}.txt has a field {na"),
     ],
 )
