@@ -22,7 +22,7 @@ from alignscores.comparison.statistics import (
     permuted_labels,
     studentised,
 )
-from alignscores.comparison.summary import Design, checked, pairs_of
+from alignscores.comparison.summary import Design, checked_runs, pairs_of
 
 __all__ = ["SCATTERS", "Case", "failing_gates", "many_systems", "significant_share", "tails"]
 __all__ += ["significant_share_in", "worst_cases"]
@@ -168,7 +168,7 @@ def many_systems(means: Sequence[float], draws: int) -> tuple[float, float]:
     powers, false_shares = [], []
     for _ in range(draws):
         values = np.array(means)[:, None, None] + rng.normal(size=(len(means), 1, 5))
-        pairs = pairs_of(checked(_table(values, names), "PAS"), "PAS", larger=True)
+        pairs = pairs_of(checked_runs(_table(values, names), "PAS"), "PAS", larger=True)
         better, other = pairs["a"].map(mean), pairs["b"].map(mean)
         differ = better != other
         ahead = pairs["a"].where(better > other, pairs["b"])

@@ -14,7 +14,7 @@ from ..io import FileError
 from ..texts import first_few, printable
 from .comparison import Comparison, for_json, read_runs
 from .statistics import holm
-from .summary import checked, compare_systems, completed, records, values_of
+from .summary import checked_runs, compare_systems, completed, records, values_of
 from .tables import TEXT, TableStyle, number
 from .verdict import difference_text, p_text
 
@@ -77,7 +77,7 @@ class Changes:
 def read_baseline(file: str, by: str) -> pd.DataFrame:
     """Return the runs of a saved comparison."""
     try:
-        return checked(read_runs(file), by)
+        return checked_runs(read_runs(file), by)
     except FileError:
         raise
     except ValueError as error:

@@ -29,7 +29,7 @@ from .runs import Errors, Progress, Task, check_file, forget_references, referen
 from .summary import (
     Better,
     Design,
-    checked,
+    checked_runs,
     completed,
     larger_is_better,
     pairs_of,
@@ -287,7 +287,7 @@ def from_table(
     with suppress(ValueError):
         by = by if by in runs else metric(by).name
     larger = larger_is_better(by, better)
-    runs = checked(runs, by)
+    runs = checked_runs(runs, by)
     values = completed(runs, by, better)
     runs.loc[values.index, values.columns] = values
     return Comparison(runs, by, larger, design)

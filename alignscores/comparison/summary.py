@@ -24,7 +24,7 @@ __all__ = [
     "Better",
     "Design",
     "best_means",
-    "checked",
+    "checked_runs",
     "common_sequences",
     "completed",
 ]
@@ -50,7 +50,7 @@ STATUSES = ["scored", "failed", "missing", "copy"]
 MAX_NEEDED = 50  # runs, or sequences, up to which the verdict says how many are needed
 
 
-def checked(runs: pd.DataFrame, by: str) -> pd.DataFrame:
+def checked_runs(runs: pd.DataFrame, by: str) -> pd.DataFrame:
     """Return a table of runs with all columns that the comparison takes.
 
     It needs the columns ``system`` and `by`. Without ``sequence`` there is one sequence, without

@@ -44,12 +44,12 @@ class TableStyle:
 
 
 BOLD = "bold: best mean, significant or not"
-EQUAL, UNTESTED, FAILED = "$^{=}$", r"$^{\mathrm{n}}$", r"$^{\dagger}$"  # marks in LaTeX
+EQUAL_MARK, UNTESTED_MARK, FAILED_MARK = "$^{=}$", r"$^{\mathrm{n}}$", r"$^{\dagger}$"
 LATEX_LEGEND = {
-    EQUAL: rf"{EQUAL}\,not significantly different from the best "
+    EQUAL_MARK: rf"{EQUAL_MARK}\,not significantly different from the best "
     rf"(false discovery rate {100 * LEVEL:.0f}\,\%)",
-    UNTESTED: rf"{UNTESTED}\,too few runs for a test against the best",
-    FAILED: rf"{FAILED}\,mean without the failed runs",
+    UNTESTED_MARK: rf"{UNTESTED_MARK}\,too few runs for a test against the best",
+    FAILED_MARK: rf"{FAILED_MARK}\,mean without the failed runs",
 }
 TEXT = TableStyle(str, str)
 MARKDOWN = TableStyle(in_markdown, lambda text: f"**{text}**")
@@ -206,7 +206,7 @@ def _latex_column(
         if best[:1] in ([pair["a"]], [pair["b"]]):
             other = pair["b"] if pair["a"] == best[0] else pair["a"]
             untested, significant = math.isnan(pair["p"]), isinstance(pair["better"], str)
-            marks[other] = UNTESTED if untested else "" if significant else EQUAL
+            marks[other] = UNTESTED_MARK if untested else "" if significant else EQUAL_MARK
     largest = abs(table[name].max() if larger else table[name].min())
     decimals = max(0, 3 - math.ceil(math.log10(largest))) if 1e-9 < largest < math.inf else 3
     cells = []
@@ -215,7 +215,7 @@ def _latex_column(
         text = rf"\textbf{{{text}}}" if row["system"] in best else text
         deviation = row[f"{name}_sd"]
         text += rf" $\pm$ {deviation:.{decimals}f}" if math.isfinite(deviation) else ""
-        text += FAILED if without_failed and math.isfinite(mean) else ""
+        text += FAILED_MARK if without_failed and math.isfinite(mean) else ""
         cells.append(text + marks.get(row["system"], ""))
     return decimals, cells
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 from ..io import Trajectory, read_stamps
-from ..translation import closest_pair_quartile
 from ..validation import finite_rows
 from .reading import KEY_KINDS, check_duplicates, first_rows, warn
 from .rigs import rig_frames as rig_frames_by_names
+from .rigs import unit_of
 from .settings import Settings
 from .time import (
     chord_error,
@@ -342,12 +342,7 @@ def _n_rig_frames(rig_frames: Indices | None, settings: Settings) -> int:
 
 def _unit(positions: Floats, settings: Settings, rig_frames: Indices | None = None) -> float:
     """Return d of the positions unless it is set; NaN where it is undefined."""
-    if settings.unit is not None:
-        return settings.unit
-    try:
-        return closest_pair_quartile(positions, groups=rig_frames)
-    except ValueError:
-        return np.nan
+    return unit_of(positions, rig_frames) if settings.unit is None else settings.unit
 
 
 def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float) -> ValueError:

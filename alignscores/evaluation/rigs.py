@@ -14,7 +14,7 @@ from ..translation import closest_pair_quartile
 from ..validation import check_groups
 from .settings import Settings
 
-__all__ = ["clumps", "of_groups", "of_model", "of_reference", "rig_frames"]
+__all__ = ["clumps", "of_groups", "of_model", "of_reference", "rig_frames", "unit_of"]
 
 FAR = 3  # times as distant; on a smooth path it is twice at most
 MAX_CAMERAS = 12  # of a rig
@@ -87,7 +87,7 @@ def rig_frames(keys: NDArray[Any], positions: Floats, settings: Settings) -> Ind
     if settings.rig_frames == "auto":
         means = np.stack([np.bincount(labels, axis) for axis in positions.T], axis=1)
         distances = np.linalg.norm(positions - (means / counts[:, None])[labels], axis=1)
-        if not np.median(distances) < _spacing(positions, labels):
+        if not np.median(distances) < unit_of(positions, labels):
             return None
     return labels
 
@@ -113,8 +113,8 @@ def clumps(positions: Floats, d: float) -> tuple[int, float]:
     return (n + 1, spacing) if far[n - 1] > 0.5 and spacing > FAR * d else (0, 0.0)
 
 
-def _spacing(positions: Floats, labels: Indices) -> float:
-    """Return d of rig frames; NaN where it is undefined."""
+def unit_of(positions: Floats, labels: Indices | None) -> float:
+    """Return d of positions, or of rig frames by their labels; NaN where it is undefined."""
     try:
         return closest_pair_quartile(positions, groups=labels)
     except ValueError:
