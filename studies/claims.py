@@ -31,7 +31,7 @@ from experiments.sweep import run_sweeps
 from experiments.tables import Trials, refuse_to_replace, write_trials
 
 from .settings import load_experiment, reject
-from .statements import Claim, Claims, Decision, Reading, load_claims, within
+from .statements import Claim, Claims, Decision, Reading, intersection, load_claims
 from .statistics import cell_means, select
 
 CENTRAL = (LEVEL / 2, 1 - LEVEL / 2)
@@ -84,7 +84,7 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
 def _selections(claim: Claim) -> list[Selection]:
     """Return the cells that a claim takes, those before and after a change apart."""
     parts = (claim.before, claim.after) if claim.before or claim.after else ({},)
-    return [Selection(list(claim.metrics), within(claim.where, part)) for part in parts]
+    return [Selection(list(claim.metrics), intersection(claim.where, part)) for part in parts]
 
 
 def check_cells(claim: Claim, sweep: Sweep) -> None:

@@ -133,7 +133,7 @@ class Claim:
         return f"{text} ({cells})" if cells else text
 
 
-def within(where: Filter, other: Filter) -> Filter:
+def intersection(where: Filter, other: Filter) -> Filter:
     """Return what both let pass."""
     return {
         key: [value for value in values if value in other.get(key, values)]
@@ -168,7 +168,7 @@ class Reading:
             "statistic": self.statistics.get(claim.statistic, claim.statistic),
             "level": self.level or claim.level,
             "settings": [*claim.settings, *self.settings],
-            "where": within(claim.where, self.where),
+            "where": intersection(claim.where, self.where),
             "at": {} if self.everywhere else claim.at,
             "of_means": self.of_means and claim.rule.has_ranges,
         }
