@@ -89,7 +89,7 @@ def sweeps_of_replicates():
     """Return the sweeps of each replicate study of the claims."""
     claims = import_module("studies.claims")
     known = claims.load_claims(config.get("replicates"))
-    return claims.replicates(known, to_overrides(SETTINGS), range(known.replicates))
+    return claims.plan_replicates(known, to_overrides(SETTINGS), range(known.replicates))
 
 
 def in_one_sentence(function, *arguments):

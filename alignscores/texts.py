@@ -16,11 +16,13 @@ __all__ = [
     "distinct",
     "first_few",
     "groups_alike",
+    "in_latex",
     "in_markdown",
     "numbered",
     "padded",
 ]
 __all__ += ["printable", "shortened", "text_table", "text_width", "unique_names"]
+__all__ += ["with_footnotes"]
 
 WIDTH = 100  # columns of a table
 N_SHOWN = 5  # entries of a list that a message shows
@@ -111,6 +113,32 @@ def _escape(letter: str) -> str:
 def in_markdown(text: str) -> str:
     """Return a text that Markdown shows as it is."""
     return re.sub(r"([\\`*\[\]<>|~&$#]|\b_|_\b)", r"\\\1", printable(text))
+
+
+LATEX = str.maketrans(
+    {
+        **{letter: rf"\{letter}" for letter in "&%$#_{}"},
+        "~": r"\textasciitilde{}",
+        "^": r"\textasciicircum{}",
+        "\\": r"\textbackslash{}",
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
+        "|": r"\textbar{}",
+        '"': r"\textquotedbl{}",
+    }
+)
+
+
+def in_latex(text: str) -> str:
+    """Return a text that LaTeX shows as it is."""
+    return printable(text).translate(LATEX)
+
+
+def with_footnotes(table: str, n_columns: int, lines: Iterable[str]) -> str:
+    """Return a table in LaTeX with further lines at its end."""
+    cells = (rf"\multicolumn{{{n_columns}}}{{l}}{{\footnotesize {line}}} \\" for line in lines)
+    end = r"\end{tabular}"
+    return table.replace(end, "\n".join([*cells, end]))
 
 
 def text_width(text: str) -> int:

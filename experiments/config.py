@@ -42,7 +42,7 @@ __all__ = [
     "Selection",
     "Sweep",
 ]
-__all__ += ["checked", "container", "experiment_names", "flat", "hydra_errors", "load"]
+__all__ += ["as_dict", "checked", "experiment_names", "flat", "hydra_errors", "load"]
 __all__ += ["load_sweep", "one_of", "read_yaml", "register_defaults", "require", "settings_file"]
 __all__ += ["split_override", "to_overrides"]
 
@@ -216,11 +216,11 @@ def checked(settings: Mapping[str, Any]) -> tuple[Sweep, Execution]:
 
 def load(overrides: Sequence[str] = ()) -> tuple[Sweep, Execution]:
     """Compose and check one experiment, as ``python -m experiments.run`` does."""
-    return checked(_compose(tuple(overrides)))
+    return checked(_composed(tuple(overrides)))
 
 
 @cache
-def _compose(overrides: tuple[str, ...]) -> Mapping[str, Any]:
+def _composed(overrides: tuple[str, ...]) -> Mapping[str, Any]:
     """Return the settings of an experiment with some changes.
 
     Studies compose dozens. Since Hydra takes 0.1 s for each, it composes an experiment once, and
@@ -234,14 +234,14 @@ def _compose(overrides: tuple[str, ...]) -> Mapping[str, Any]:
         experiment = tuple(line for line in overrides if line.startswith("experiment="))
         changes = [_plain_change(line) for line in overrides if line not in experiment]
         if None in changes:
-            return container(_composed(overrides))
-        config = deepcopy(_composed(experiment))
+            return as_dict(_composed_by_hydra(overrides))
+        config = deepcopy(_composed_by_hydra(experiment))
         try:
             for key, value in filter(None, changes):
                 OmegaConf.update(config, key, value)
         except OmegaConfBaseException:
-            config = _composed(overrides)
-        return container(config)
+            config = _composed_by_hydra(overrides)
+        return as_dict(config)
 
 
 @cache
@@ -260,7 +260,7 @@ def _plain_change(override: str) -> tuple[str, Any] | None:
 
 
 @cache
-def _composed(overrides: tuple[str, ...]) -> "DictConfig":
+def _composed_by_hydra(overrides: tuple[str, ...]) -> "DictConfig":
     from hydra import compose, initialize_config_dir
 
     register_defaults()
@@ -294,7 +294,7 @@ def _nearest_name(reason: str) -> str:
     return near[0] if near else ""
 
 
-def container(config: "DictConfig") -> dict[str, Any]:
+def as_dict(config: "DictConfig") -> dict[str, Any]:
     """Return composed settings as a dictionary."""
     from omegaconf import OmegaConf
 
@@ -349,7 +349,7 @@ def settings_file(results: Path, table: str, sweeps: Sequence[Sweep]) -> Path:
     text = json.dumps(content, indent=2) + "\n"
     if not path.exists() or path.read_text("utf-8") != text:
         write_whole(path, text.encode())
-        if recorded == expected:
+        if recorded == expected:  # older than the table, so that its rule does not run again
             os.utime(path, (0, 0))
     return path
 

@@ -18,7 +18,7 @@ from omegaconf import DictConfig
 from alignscores.streams import discard_output
 
 from .command import INTERRUPTED, CommandError, ConfigError, run_in_one_line
-from .config import CONFIG_DIR, checked, container, hydra_errors, register_defaults
+from .config import CONFIG_DIR, as_dict, checked, hydra_errors, register_defaults
 
 __all__ = ["main"]
 
@@ -36,7 +36,7 @@ def _run(config: DictConfig) -> Path:
     from .sweep import run_sweeps
     from .tables import refuse_to_replace, write_trials
 
-    sweep, execution = checked(container(config))
+    sweep, execution = checked(as_dict(config))
     job = HydraConfig.get()
     if execution.output is None:
         path = Path(os.path.relpath(job.runtime.output_dir)) / f"{sweep.name}.csv"

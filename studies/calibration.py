@@ -22,7 +22,7 @@ from alignscores.comparison.statistics import (
     permuted_labels,
     studentised,
 )
-from alignscores.comparison.summary import Design, checked, pairs_of
+from alignscores.comparison.summary import Design, checked_runs, pairs_of
 
 __all__ = ["SCATTERS", "Case", "failing_gates", "many_systems", "significant_share", "tails"]
 __all__ += ["significant_share_in", "worst_cases"]
@@ -124,8 +124,8 @@ def significant_share(
     return 100 * float(np.mean(p <= LEVEL))
 
 
-def worst_cases(draws: int, n: int = 10) -> dict[str, float]:
-    """Return the largest shares of false alarms where one of two equal systems varies more.
+def worst_cases(draws: int) -> dict[str, float]:
+    """Return the ten largest shares of false alarms where one of two equal systems varies more.
 
     The cases are 3 to 10 runs of each on 1, 2 and 6 sequences, where the first system varies 3 or
     10 times as much. The worst ones by a first set of draws get 40 times as many new draws, so that
@@ -143,7 +143,7 @@ def worst_cases(draws: int, n: int = 10) -> dict[str, float]:
         f"{case.runs} on {case.sequences}, {case.scale:g} times, {case.scatter}": (
             significant_share(case, 10 * draws)
         )
-        for case in by_first_draws[-n:]
+        for case in by_first_draws[-10:]
     }
 
 
@@ -156,19 +156,19 @@ def _table(values: Floats, systems: Sequence[str]) -> pd.DataFrame:
     return pd.Series(values.ravel(), index, name="PAS").reset_index()
 
 
-def many_systems(means: Sequence[float], draws: int, sequences: int = 1) -> tuple[float, float]:
+def many_systems(means: Sequence[float], draws: int) -> tuple[float, float]:
     """Return the share of the true differences of systems that are significant, in per cent.
 
     The second value is the share of false ones among the significant differences, the mean over
-    draws. Each system has five runs on each sequence; `means` are in standard deviations.
+    draws. Each system has five runs on one sequence; `means` are in standard deviations.
     """
     rng = np.random.default_rng(0)
     names = [f"s{k}" for k in range(len(means))]
     mean = dict(zip(names, means, strict=True))
     powers, false_shares = [], []
     for _ in range(draws):
-        values = np.array(means)[:, None, None] + rng.normal(size=(len(means), sequences, 5))
-        pairs = pairs_of(checked(_table(values, names), "PAS"), "PAS", larger=True)
+        values = np.array(means)[:, None, None] + rng.normal(size=(len(means), 1, 5))
+        pairs = pairs_of(checked_runs(_table(values, names), "PAS"), "PAS", larger=True)
         better, other = pairs["a"].map(mean), pairs["b"].map(mean)
         differ = better != other
         ahead = pairs["a"].where(better > other, pairs["b"])
@@ -211,12 +211,12 @@ def failing_gates(
     return np.array(smallest)
 
 
-def significant_share_in(runs: pd.DataFrame, by: str, draws: int, n: int = 5) -> pd.DataFrame:
-    """Return how often n drawn runs of two systems differ significantly on each sequence.
+def significant_share_in(runs: pd.DataFrame, by: str, draws: int) -> pd.DataFrame:
+    """Return how often five drawn runs of two systems differ significantly on each sequence.
 
     The third column is for two halves of the runs of the first system, which is equal to itself.
     """
-    rng = np.random.default_rng(0)
+    rng, n = np.random.default_rng(0), 5
     a, b = list(dict.fromkeys(runs["system"]))[:2]
     rows = []
     for sequence, group in runs.groupby("sequence", sort=False):

@@ -31,7 +31,7 @@ from experiments.sweep import run_sweeps
 from experiments.tables import Trials, refuse_to_replace, write_trials
 
 from .settings import load_experiment, reject
-from .statements import Claim, Claims, Decision, Reading, load_claims, within
+from .statements import Claim, Claims, Decision, Reading, intersection, load_claims
 from .statistics import cell_means, select
 
 CENTRAL = (LEVEL / 2, 1 - LEVEL / 2)
@@ -40,12 +40,12 @@ VERDICTS = (NOT_REPRODUCED, INCONCLUSIVE, REPRODUCED)
 TRUE, FALSE, OPEN = "true", "false", "open"
 TRUTHS = (FALSE, OPEN, TRUE)
 
-Read = tuple[Decision, Reading, Mapping[str, Claim]]  # a reading with the claims that it changes
+OtherReading = tuple[Decision, Reading, Mapping[str, Claim]]  # and the claims that it changes
 Replicate = Mapping[tuple[str, tuple[str, ...]], pd.DataFrame]  # by `Claim.trials`
 FIXED = ("experiment", "metrics", "replicate")  # settings that the claims decide
 
 
-def replicates(
+def plan_replicates(
     claims: Claims, overrides: Sequence[str], numbers: Iterable[int]
 ) -> list[tuple[Sweep, ...]]:
     """Return the sweeps of replicate studies, those that the claims need."""
@@ -69,7 +69,7 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
             sweep = load_experiment([f"experiment={experiment}", *overrides, *settings])
             selections_of[claim.trials] = sweep, []
         sweep, selections = selections_of[claim.trials]
-        needed_cells(claim, sweep)
+        check_cells(claim, sweep)
         selections += [selection for selection in _selections(claim) if selection not in selections]
     sweeps = []
     for (_, settings), (sweep, selections) in selections_of.items():
@@ -84,11 +84,11 @@ def plan(claims: Iterable[Claim], overrides: Sequence[str] = ()) -> list[Sweep]:
 def _selections(claim: Claim) -> list[Selection]:
     """Return the cells that a claim takes, those before and after a change apart."""
     parts = (claim.before, claim.after) if claim.before or claim.after else ({},)
-    return [Selection(list(claim.metrics), within(claim.where, part)) for part in parts]
+    return [Selection(list(claim.metrics), intersection(claim.where, part)) for part in parts]
 
 
-def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
-    """Return the cells that a claim takes; a `ConfigError` names what is missing."""
+def check_cells(claim: Claim, sweep: Sweep) -> None:
+    """Raise a `ConfigError` that names the cells that a claim takes and a sweep lacks."""
     wheres = [selection.where for selection in _selections(claim)]
     needed = [cell for cell in cells(sweep) if any(cell.matches(where) for where in wheres)]
     for part in (claim.where, claim.at, claim.before, claim.after):
@@ -107,7 +107,6 @@ def needed_cells(claim: Claim, sweep: Sweep) -> list[Cell]:
                 f"claim {claim.id!r} compares levels of {key}, at least {n_levels}, and these "
                 f"settings of {sweep.name} have {len(levels)}"
             )
-    return needed
 
 
 def _levels(needed: Sequence[Cell], key: str) -> set[float]:
@@ -225,7 +224,7 @@ def decide(
         `population_changed`, and `changes`: the former, with what they are.
     """
     originals = list(claims.claims.values())
-    readings = [entry for entry in claims.read() if entry[2]]  # those that change a claim
+    readings = [entry for entry in claims.other_readings() if entry[2]]  # those that change a claim
     evaluations = [(claim, claims.replicates) for claim in originals]
     for _, reading, changed in readings:
         evaluations += [(claim, claims.n_studies(reading)) for claim in changed.values()]
@@ -254,12 +253,12 @@ def decide(
     table["pooled"] = _evaluate(originals, pooled)
     return (
         pd.concat([pd.DataFrame(texts, index=table.index), table], axis=1).reset_index(drop=True),
-        _read(readings, arrays),
+        _under_readings(readings, arrays),
         _by_other_criteria(claims, original_values),
     )
 
 
-def _read(readings: Sequence[Read], values: Iterator[Floats]) -> pd.DataFrame:
+def _under_readings(readings: Sequence[OtherReading], values: Iterator[Floats]) -> pd.DataFrame:
     """Return the verdicts under other readings."""
     names = ["decision", "question", "paper_says", "choice", "reading"]
     if not readings:
@@ -434,7 +433,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _work(options: Namespace) -> list[Path]:
     claims = load_claims(max(2, options.number + 1))
-    (sweeps,) = replicates(claims, options.settings, [options.number])
+    (sweeps,) = plan_replicates(claims, options.settings, [options.number])
     _, execution = load(options.settings)
     path = Path(execution.output or f"replicate_{options.number}.csv")
     refuse_to_replace(path)

@@ -106,7 +106,7 @@ def _is_the_noise(level: str, trials: pd.DataFrame) -> bool:
 
 def _ranked(trials: Trials, setting: str) -> list[dict[str, object]]:
     """Return a row for each metric, the best first."""
-    task = order.within(trials.table, setting)
+    task = order.neighbouring_levels(trials.table, setting)
     shares = {metric: task.shares(metric) for metric in trials.sweep.metrics}
     estimates = {metric: order.estimate(share) for metric, share in shares.items()}
     ranking = sorted(estimates, key=lambda metric: -estimates[metric].probability)
@@ -134,6 +134,6 @@ def _orders_within(trials: pd.DataFrame, level: str, metric: str, setting: str) 
     if level == setting or not order.varies(trials, setting):
         return {}
     return {
-        int(str(n)): order.estimate(order.within(group, level).shares(metric))
+        int(str(n)): order.estimate(order.neighbouring_levels(group, level).shares(metric))
         for n, group in trials.groupby(setting)
     }

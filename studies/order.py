@@ -88,7 +88,7 @@ def groups(trials: pd.DataFrame, level: str) -> list[pd.DataFrame]:
     return [group for _, group in trials.groupby(free)] if free else [trials]
 
 
-def within(trials: pd.DataFrame, level: str) -> Task:
+def neighbouring_levels(trials: pd.DataFrame, level: str) -> Task:
     """Compare neighbouring levels where the other settings are equal."""
     samples: list[pd.DataFrame] = []
     pairs: list[tuple[int, int]] = []

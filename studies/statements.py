@@ -133,7 +133,7 @@ class Claim:
         return f"{text} ({cells})" if cells else text
 
 
-def within(where: Filter, other: Filter) -> Filter:
+def intersection(where: Filter, other: Filter) -> Filter:
     """Return what both let pass."""
     return {
         key: [value for value in values if value in other.get(key, values)]
@@ -168,7 +168,7 @@ class Reading:
             "statistic": self.statistics.get(claim.statistic, claim.statistic),
             "level": self.level or claim.level,
             "settings": [*claim.settings, *self.settings],
-            "where": within(claim.where, self.where),
+            "where": intersection(claim.where, self.where),
             "at": {} if self.everywhere else claim.at,
             "of_means": self.of_means and claim.rule.has_ranges,
         }
@@ -248,11 +248,11 @@ class Claims:
     def needed(self, replicate: int) -> Iterator[Claim]:
         """All claims that a replicate study decides: as they are, and under other readings."""
         yield from self.claims.values()
-        for _, reading, claims in self.read():
+        for _, reading, claims in self.other_readings():
             if replicate < self.n_studies(reading):
                 yield from claims.values()
 
-    def read(self) -> Iterator[tuple[Decision, Reading, dict[str, Claim]]]:
+    def other_readings(self) -> Iterator[tuple[Decision, Reading, dict[str, Claim]]]:
         """All readings but the chosen ones, with the claims that they change, by their names."""
         for decision in self.decisions:
             for reading in decision.readings[1:]:

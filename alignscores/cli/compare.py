@@ -4,7 +4,6 @@ import argparse
 import signal
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -19,12 +18,12 @@ from ..comparison.comparison import (
     read_runs,
 )
 from ..comparison.gate import WORSE, Condition, conditions_of, reasons_to_fail
-from ..comparison.runs import SCORES
-from ..comparison.summary import Design, metric_columns
+from ..comparison.patterns import BenchmarkError
+from ..comparison.summary import Design, larger_is_better, metric_columns
 from ..comparison.tables import as_latex, problems_of
 from ..evaluation.settings import Settings
 from ..io import FORMATS
-from ..metrics import metric
+from ..metrics import SCORES, metric
 from ..show.report import json_report, markdown_report, text_report
 from ..show.tables import as_csv
 from ..texts import printable
@@ -52,7 +51,8 @@ EPILOG = """\
 example:
   alignscores compare 'data/{sequence}/gt.txt' 'data/{sequence}/{system}/{run}.txt'
 
-exit codes: 0 all compared, 1 something was left out or failed, 2 wrong usage,
+exit codes: 0 all compared, 1 something was left out or failed,
+2 wrong usage, also in patterns or a YAML file,
 3 a condition of --fail_on holds
 """
 EVERYDAY = {
@@ -141,6 +141,8 @@ def _run(argv: Sequence[str]) -> int:
     settings = parser.settings(arguments)
     if arguments.paired and arguments.runs == "dependent":
         parser.error("--paired and --runs dependent exclude each other")
+    if arguments.jobs == 0:
+        parser.error("argument --jobs: must not be 0")
     table = _table(arguments)
     names = [*SCORES, *settings.metrics] if table is None else metric_columns(table, arguments.by)
     gate = _gate(parser, arguments, names)
@@ -250,9 +252,14 @@ def _content(
 
 
 def _gate(parser: Parser, arguments: argparse.Namespace, names: Sequence[str]) -> list[Condition]:
-    """Check --by, and return the conditions of --fail_on."""
+    """Check --by and --better, and return the conditions of --fail_on."""
     if arguments.by not in names:
-        parser.error(f"argument --by: must be one of {', '.join(names)}, not {arguments.by!r}")
+        expected = f"one of {', '.join(names)}" if names else "the column of a metric"
+        parser.error(f"argument --by: must be {expected}, not {arguments.by!r}")
+    try:
+        larger_is_better(arguments.by, arguments.better)
+    except ValueError as error:
+        parser.error(f"argument --better: {error}")
     if not arguments.fail_on:
         return []
     try:
@@ -272,8 +279,13 @@ def _benchmark(parser: Parser, arguments: argparse.Namespace, settings: Settings
         expected = f"a format ({', '.join(FORMATS)}) and two patterns, or one YAML or CSV file"
         parser.error(f"give {expected}; `alignscores REF EST EST` scores single files")
     reference, estimate = files if files[1:] else (files[0], None)
-    settings = replace(settings, format=format_name)
-    return find_benchmark(reference, estimate, settings, arguments.expect_all)
+    settings = parser.with_format(settings, format_name)
+    try:
+        benchmark = find_benchmark(reference, estimate, settings, arguments.expect_all)
+    except BenchmarkError as error:
+        parser.error(str(error))
+    parser.with_format(settings, benchmark.format)
+    return benchmark
 
 
 def _inputs(benchmark: Benchmark | None, arguments: argparse.Namespace) -> list[str]:

@@ -31,7 +31,7 @@ ELSEWHERE = {
     ),
     "--change_unit": "lengths are in the reference's unit, angles in degrees",
     "--sync_method": "it is --sync nearest or --sync interpolate here",
-    "--no_warnings": "nothing is asked here; leave it out",
+    "--no_warnings": "nothing is asked here, and existing files are replaced; leave it out",
     "--silent": "leave it out; 2>/dev/null hides the notes",
     **dict.fromkeys(["--debug", "--logfile"], "it is -v here"),
     **dict.fromkeys(

@@ -52,7 +52,7 @@ OUTPUTS = {
     # The last, since it has what could not be written.
     "save_json": Output("save what --json prints", (".json",)),
 }
-OF_BOTH = "save_page", "save_plot", "save_json", "save_csv", "markdown"  # commands
+OF_BOTH = "save_page", "save_plot", "save_json", "save_csv", "markdown"  # options of both commands
 PRINTED = {"json": "JSON", "csv": "CSV", "latex": "LaTeX"}  # instead of the table
 STDOUT = Path("-")
 

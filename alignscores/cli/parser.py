@@ -3,11 +3,12 @@
 import argparse
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ..evaluation.settings import ABOUT, SCORES, Settings
+from ..evaluation.settings import ABOUT, SCORING, Settings
 from ..texts import printable
 from .evo import ELSEWHERE, add_alignment, alignment_of, metrics_with_scale
 from .output import OUTPUTS, PRINTED, STDOUT, print_note
@@ -55,7 +56,7 @@ class Parser(argparse.ArgumentParser):
                 self.groups[about["group"]] = self.add_argument_group(about["group"])
             add = self.groups[about["group"]].add_argument
             add(f"--{name}", default=default, help=help, **keywords)
-        add_alignment(self.groups[SCORES].add_argument)
+        add_alignment(self.groups[SCORING].add_argument)
 
     def add_outputs(self, options: Iterable[str], folder: Iterable[str]) -> None:
         """Add what both commands print and write; `folder` are the files that ``-o`` writes."""
@@ -66,7 +67,7 @@ class Parser(argparse.ArgumentParser):
             help = f"print {name} instead of the table"
             add_exclusive(f"--{option}", dest="show", action="store_const", const=option, help=help)
         self.set_defaults(show="text")
-        help = f"write all of {', '.join(folder)}"
+        help = f"write all of {', '.join(folder)}; existing files are replaced, inputs never"
         add("-o", "--output", metavar="FOLDER", type=Path, help=help)
         for name in options:
             suffixes = OUTPUTS[name].suffixes
@@ -111,6 +112,13 @@ class Parser(argparse.ArgumentParser):
         if note := metrics_with_scale(settings):
             print_note(note)
         return settings
+
+    def with_format(self, settings: Settings, name: str | None) -> Settings:
+        """Return settings with the format of the files, to which all of them must apply."""
+        try:
+            return replace(settings, format=name)
+        except ValueError as error:
+            self.error(str(error))
 
     def error(self, message: str) -> NoReturn:
         """End with the message, and where to find the usage."""

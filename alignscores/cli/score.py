@@ -159,7 +159,7 @@ def run(argv: Sequence[str]) -> int:
         raise ValueError("--plot has no display to show anything on; --save_plot FILE.png saves it")
 
     results = Results(settings, reference)
-    _score(results, list(zip(names, estimates, strict=True)), is_open=not arguments.format)
+    _score(results, list(zip(names, estimates, strict=True)), detect=not arguments.format)
     for option, path, name in written:
         scored = [target for target in results.scored if name in (None, target.name)]
         if not scored and option != "save_json":  # the estimate could not be scored
@@ -203,13 +203,13 @@ def _files(parser: Parser, arguments: argparse.Namespace) -> tuple[str, list[str
         parser.error(f"{estimates[0]} is not a file; topics are options here: {hint}")
     settings = parser.settings(arguments)
     if not arguments.format:
-        settings = replace(settings, format=format_of(reference, settings, "ref"))
+        settings = parser.with_format(settings, format_of(reference, settings, "ref"))
         print_note(f"detected format: {settings.format}")
     return reference, estimates, settings
 
 
-def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool) -> None:
-    """Score all estimates, by name; each has its own format where none is set."""
+def _score(results: Results, estimates: list[tuple[str, str]], *, detect: bool) -> None:
+    """Score all estimates, by name; with `detect` each has its own format where none is set."""
     settings, file = results.settings, results.reference
     try:
         with collected_warnings() as results.notes:
@@ -224,7 +224,7 @@ def _score(results: Results, estimates: list[tuple[str, str]], *, is_open: bool)
     for number, (name, file) in enumerate(estimates, 1):
         show_progress(f"{number}/{len(estimates)} {name} " if len(estimates) > 1 else "")
         try:
-            if is_open and results.settings.est_format is None:
+            if detect and results.settings.est_format is None:
                 est_format = format_of(file, settings, "est")
                 settings = replace(settings, est_format=est_format)
                 if est_format != settings.format:

@@ -12,9 +12,9 @@ import pandas as pd
 
 from ..io import FileError
 from ..texts import first_few, printable
-from .comparison import Comparison, finite, read_runs
+from .comparison import Comparison, for_json, read_runs
 from .statistics import holm
-from .summary import checked, compare_systems, completed, records, values_of
+from .summary import checked_runs, compare_systems, completed, records, values_of
 from .tables import TEXT, TableStyle, number
 from .verdict import difference_text, p_text
 
@@ -71,13 +71,13 @@ class Changes:
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON output has of it."""
         entry = {"file": printable(self.file), "metric": self.by, "level": self.level}
-        return entry | {"notes": self.notes, "systems": finite(self.systems)}
+        return entry | {"notes": self.notes, "systems": for_json(self.systems)}
 
 
 def read_baseline(file: str, by: str) -> pd.DataFrame:
     """Return the runs of a saved comparison."""
     try:
-        return checked(read_runs(file), by)
+        return checked_runs(read_runs(file), by)
     except FileError:
         raise
     except ValueError as error:

@@ -4,6 +4,7 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from ..extras import require
 from ..io import recognise
 from ..texts import brief, first_few, printable, unique_names
 from ..validation import check_positive
-from .patterns import Pattern
+from .patterns import BenchmarkError, Pattern
 
 __all__ = ["Benchmark", "Estimates", "Run", "from_files", "from_patterns", "read_yaml"]
 
@@ -46,6 +47,7 @@ class Benchmark:
     runs: list[Run]  # also missing ones
     problems: list[str]  # a line for each file that is left out
     files: list[str]  # also those that are left out
+    left_out: list[str] = field(default_factory=list)  # sequences without a reference or a run
     sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)  # settings
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
 
@@ -95,7 +97,8 @@ def from_patterns(
     default = {"sequence": Path(reference).stem, "run": "1"}
     references = _by_fields(ref_files, FIELDS[:1], default, problems)
     estimates = _by_fields(est_files, FIELDS, default, problems)
-    with_runs = _with_runs(references, {key[0] for key in estimates}, sequences, problems)
+    tried = {key[0] for key in estimates}
+    with_runs, left_out = _with_runs(references, tried, sequences, problems)
     expected = expected or {}
     runs: list[Run] = []
     for system in sorted({*systems, *(key[1] for key in estimates)}, key=_natural_key):
@@ -110,7 +113,7 @@ def from_patterns(
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
     runs.sort(key=lambda run: list(with_runs).index(run.sequence))
     format = format or recognise(next(iter(ref_files)), columns)
-    return Benchmark(format, with_runs, runs, problems, [*ref_files, *est_files])
+    return Benchmark(format, with_runs, runs, problems, [*ref_files, *est_files], left_out)
 
 
 def _find_files(
@@ -119,12 +122,12 @@ def _find_files(
     """Return the files of both patterns with the values of their fields; at least one of each."""
     ref_pattern, est_pattern = Pattern(reference, FIELDS[:1]), Pattern(estimate, FIELDS)
     if "system" not in est_pattern.fields:
-        raise ValueError(
+        raise BenchmarkError(
             "the pattern of the estimates needs {system} in place of the systems' names, as in "
             f"'runs/{{system}}.txt', not {estimate}"
         )
     if ("sequence" in ref_pattern.fields) != ("sequence" in est_pattern.fields):
-        raise ValueError(
+        raise BenchmarkError(
             f"both patterns need {{sequence}}, or none of them: {reference} and {estimate}"
         )
     references, estimates = ref_pattern.find(), est_pattern.find()
@@ -160,15 +163,20 @@ def _by_fields(
 
 def _with_runs(
     references: PathsByKey, tried: Collection[str], expected: Sequence[str], problems: list[str]
-) -> dict[str, str]:
-    """Return the references of the sequences where any system has a run; others are problems."""
-    for sequence in sorted({*tried, *(key for (key,) in references), *expected}):
-        if (sequence,) not in references:
-            problems.append(f"sequence {sequence}: has no reference; left out")
-        elif sequence not in tried:
-            problems.append(f"sequence {sequence}: no system has a run on it; left out")
-    names = sorted((key for (key,) in references if key in tried), key=_natural_key)
-    return {name: references[name,] for name in names}
+) -> tuple[dict[str, str], list[str]]:
+    """Return the references of the sequences where any system has a run, and the other sequences.
+
+    The others are problems.
+    """
+    names, left_out = [], []
+    for sequence in sorted({*tried, *(key for (key,) in references), *expected}, key=_natural_key):
+        if (sequence,) in references and sequence in tried:
+            names.append(sequence)
+            continue
+        reason = "no system has a run on it" if (sequence,) in references else "has no reference"
+        problems.append(f"sequence {sequence}: {reason}; left out")
+        left_out.append(sequence)
+    return {name: references[name,] for name in names}, left_out
 
 
 def _runs_of_system(
@@ -205,6 +213,8 @@ def read_yaml(path: str, *, expect_all: bool = False) -> Benchmark:
     try:
         content = _mapping(load_yaml(path), KEYS, "")
         return _from_mapping(content, Path(path).parent, expect_all)
+    except BenchmarkError as error:
+        raise BenchmarkError(f"{path}: {error}") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
@@ -213,19 +223,25 @@ def _from_mapping(content: Mapping[str, Any], folder: Path, expect_all: bool) ->
     """Return the benchmark that the content of a YAML file describes."""
     for key in ("reference", "estimate"):
         if not isinstance(value := content.get(key), str):
-            raise ValueError(f"needs {key}, a text, not {brief(value)}")
-    format = Settings(format=content.get("format")).format
+            raise BenchmarkError(f"needs {key}, a text, not {brief(value)}")
+    format = content.get("format")
     sequences = _entries(content, "sequences", SEQUENCE_KEYS)
     systems = _entries(content, "systems", SYSTEM_KEYS)
     runs = {"": content["runs"]} if "runs" in content else {}
     runs |= {name: entry.pop("runs") for name, entry in systems.items() if "runs" in entry}
-    for number in runs.values():
-        check_positive(number, "runs", integer=True)
-    for entry, options in [*sequences.items(), *systems.items()]:
-        try:
+    where = ""
+    both = product(sequences.items(), systems.items())
+    entries = [(f"{a}, {b}", {**of_a, **of_b}) for (a, of_a), (b, of_b) in both]
+    try:
+        for number in runs.values():
+            check_positive(number, "runs", integer=True)
+        Settings(format=format)
+        for name, options in [*sequences.items(), *systems.items(), *entries]:
+            where = f"{name}: "
             Settings(**{"format": format, **options})
-        except ValueError as error:
-            raise ValueError(f"{entry}: {error}") from None
+    except ValueError as error:
+        raise BenchmarkError(f"{where}{error}") from None
+    for options in sequences.values():
         if "frames" in options:
             options["frames"] = str(folder / options["frames"])
     patterns = (str(folder / content[key]) for key in ("reference", "estimate"))
@@ -251,12 +267,12 @@ def _entries(
 
 
 def _mapping(value: Any, keys: Sequence[str] | None, where: str) -> dict[Any, Any]:
-    """Return a mapping, empty for None; with `keys` raise ValueError for any other key."""
+    """Return a mapping, empty for None; with `keys` raise an error for any other key."""
     if value is None:
         return {}
     if not isinstance(value, dict):
-        raise ValueError(f"{where}must be a mapping, not {brief(value)}")
+        raise BenchmarkError(f"{where}must be a mapping, not {brief(value)}")
     for key in value:
         if keys is not None and key not in keys:
-            raise ValueError(f"{where}unknown key {brief(key)}; use {', '.join(keys)}")
+            raise BenchmarkError(f"{where}unknown key {brief(key)}; use {', '.join(keys)}")
     return value

@@ -1,7 +1,7 @@
 """The comparison of systems over sequences and runs: from their files to the verdict."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -14,32 +14,32 @@ import numpy as np
 import pandas as pd
 
 from ..evaluation.evaluation import finite_or_none
+from ..evaluation.match import check_reference
 from ..evaluation.notes import collected_warnings, ends_notes, why
+from ..evaluation.rigs import of_model, of_reference
 from ..evaluation.settings import Settings, changed
 from ..files import read_text
 from ..io import FAILURES, FileError, read_stamps, recognise
-from ..metrics import metric
+from ..metrics import SCORES, metric
 from ..texts import alike, first_few, printable
 from ..version import __version__
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
-from .patterns import Pattern
-from .runs import SCORES, Errors, Task, check_file, forget_references, reference_of, score_runs
+from .patterns import BenchmarkError, Pattern
+from .runs import Errors, Progress, Task, check_file, forget_references, reference_of, score_runs
 from .summary import (
     Better,
     Design,
-    checked,
+    checked_runs,
     completed,
     larger_is_better,
     pairs_of,
     records,
     summarise,
 )
-from .verdict import notes_on_runs, texts_by_run, verdict
+from .verdict import left_out_sequences, notes_on_runs, texts_by_run, verdict
 
-__all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "finite", "from_table"]
+__all__ = ["Comparison", "compare", "compare_runs", "find_benchmark", "for_json", "from_table"]
 __all__ += ["read_runs"]
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class Comparison:
     ----------
     runs : DataFrame
         A row for each run: ``sequence, system, run, file, status`` (*scored*, *failed*, *missing*
-        or *copy*), ``error``, a column for each metric, ``n``, ``lost``, ``d``, ``scale``,
+        or *copy*), ``error``, a column for each metric, ``n``, ``lost``, ``unit``, ``scale``,
         ``chance``, ``notes`` and ``settings``. A failed run has the worst values.
     by : str
         The metric of verdict, ranks and pairs.
@@ -62,6 +62,8 @@ class Comparison:
         How the runs were scored, unless the benchmark says otherwise; None for a table.
     problems : list of str
         What was left out, and why.
+    left_out : list of str
+        The sequences that were left out.
     sequence_notes : list of str
         Notes on the references.
     errors : mapping of Run to Errors
@@ -80,6 +82,7 @@ class Comparison:
     design: Design = "independent"
     settings: Settings | None = None
     problems: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
     sequence_notes: list[str] = field(default_factory=list)
     errors: Mapping[Run, Errors] = field(default_factory=dict)
 
@@ -133,7 +136,8 @@ class Comparison:
         >>> compare(runs, by="PAS").verdict[0][:44]
         'a is ahead of b: it wins 100 % of the run pa'
         """
-        return verdict(self.distinct, self.by, self.larger, self.overall, self.pairs)
+        lines = verdict(self.distinct, self.by, self.larger, self.overall, self.pairs)
+        return lines + left_out_sequences(self.left_out, self.runs)
 
     @cached_property
     def notes(self) -> list[str]:
@@ -184,7 +188,7 @@ class Comparison:
             "problems": [printable(problem) for problem in self.problems],
             "verdict": self.verdict,
             "notes": self.notes,
-            **{name: finite(getattr(self, name)) for name in ("runs", "summary", "pairs")},
+            **{name: for_json(getattr(self, name)) for name in ("runs", "summary", "pairs")},
         }
 
 
@@ -283,7 +287,7 @@ def from_table(
     with suppress(ValueError):
         by = by if by in runs else metric(by).name
     larger = larger_is_better(by, better)
-    runs = checked(runs, by)
+    runs = checked_runs(runs, by)
     values = completed(runs, by, better)
     runs.loc[values.index, values.columns] = values
     return Comparison(runs, by, larger, design)
@@ -311,7 +315,7 @@ def find_benchmark(
     """Find the files of two patterns, take those that are named, or read a YAML file."""
     if estimates is None:
         if Path(references).suffix not in (".yaml", ".yml"):
-            raise ValueError(
+            raise BenchmarkError(
                 f"{references}: give a pattern of estimates, too, or one YAML or CSV file"
             )
         return read_yaml(references, expect_all=expect_all)
@@ -351,7 +355,7 @@ def compare_runs(
     names = list(dict.fromkeys([*SCORES, *settings.metrics]))
     if by not in names:
         raise ValueError(f"by must be one of {', '.join(names)}, not {by}")
-    problems = list(benchmark.problems)
+    problems, left_out = list(benchmark.problems), list(benchmark.left_out)
     notes: list[tuple[str, str]] = []
     tasks: list[Task] = []
     forget_references()  # so that their notes are shown again
@@ -360,6 +364,7 @@ def compare_runs(
             tasks_on_sequence, notes_on_reference = _tasks(benchmark, sequence, settings, cache)
         except FAILURES as error:
             problems.append(f"sequence {sequence}: left out: {why(error)}")
+            left_out.append(sequence)
         else:
             tasks += tasks_on_sequence
             notes += notes_on_reference
@@ -369,7 +374,12 @@ def compare_runs(
     comparison = from_table(runs, by, design=design)
     notes += _notes_on_ends(errors)
     return replace(
-        comparison, settings=settings, problems=problems, sequence_notes=alike(notes), errors=errors
+        comparison,
+        settings=settings,
+        problems=problems,
+        left_out=left_out,
+        sequence_notes=alike(notes),
+        errors=errors,
     )
 
 
@@ -383,9 +393,10 @@ def _tasks(
         options = {**options, "frames": pattern.fill({"sequence": sequence})}
     settings = replace(settings, **options)
     with collected_warnings() as notes:
-        reference_of(file, settings)
+        reference, rig_frames = reference_of(file, settings), of_model(file, settings)
         if settings.frames is not None:
             read_stamps(str(settings.frames))
+        check_reference(reference, settings, of_reference(reference, rig_frames, settings))
     tasks: list[Task] = []
     checked_systems: set[str] = set()  # the first run of a system shows what is mixed up in all
     for run in benchmark.runs:
@@ -413,14 +424,14 @@ def _notes_on_ends(errors: Mapping[Run, Errors]) -> list[tuple[str, str]]:
     return notes
 
 
-def finite(value: Any) -> Any:
+def for_json(value: Any) -> Any:
     """Return a value as JSON has it: None for numbers that are not finite, rows of a table."""
     if isinstance(value, pd.DataFrame):
-        return [finite(row) for row in records(value)]
+        return [for_json(row) for row in records(value)]
     if isinstance(value, dict):
-        return {str(key): finite(entry) for key, entry in value.items()}
+        return {str(key): for_json(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [finite(entry) for entry in value]
+        return [for_json(entry) for entry in value]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float):

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +24,7 @@ END = re.compile(
 )  # a name may have a comma, too
 WORSE = "worse"
 SHARES = "lost", "failed"
+LARGEST = {"": 1.0, "%": 100.0}  # score, by its unit
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,31 @@ def _condition(text: str, by: str, metrics: Collection[str]) -> Condition:
         raise ValueError(f"{text!r}: only {' and '.join(SHARES)} are in per cent; write {limit:g}")
     if name not in names:
         raise ValueError(f"{text!r}: {name} must be one of {', '.join(names)}")
-    return Condition(name, relation, limit)
+    condition = Condition(name, relation, limit)
+    _check_limit(text, condition)
+    return condition
+
+
+def _check_limit(text: str, condition: Condition) -> None:
+    """Raise a ValueError for a limit that no value is beyond, or each."""
+    low, high = _range(condition.name)
+    what, limit = condition.name, condition.limit
+    if condition.needs_baseline:
+        what, low, high = f"a change of {what}", 0.0, high - low
+    if low < limit < high or limit == (high if condition.relation == "<" else low):
+        return
+    values = f"from {low:g} to {high:g}" if high < math.inf else f"at least {low:g}"
+    raise ValueError(f"{text!r} decides nothing: {what} is {values}")
+
+
+def _range(name: str) -> tuple[float, float]:
+    """Return the smallest and the largest value of a share or a metric, as far as it is known."""
+    if name in SHARES:
+        return 0.0, 1.0
+    with suppress(ValueError):
+        if (entry := metric(name)).name == name:
+            return 0.0, LARGEST[entry.unit] if entry.larger_is_better else math.inf
+    return -math.inf, math.inf
 
 
 def reasons_to_fail(

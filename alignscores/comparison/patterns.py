@@ -7,10 +7,14 @@ from dataclasses import dataclass
 from itertools import filterfalse
 from pathlib import Path
 
-__all__ = ["Pattern"]
+__all__ = ["BenchmarkError", "Pattern"]
 
 TOKEN = re.compile(r"(\{[^{}]*\}|\*+)")
 MAX_STARS = 4  # between two slashes; the time of a search grows with their power
+
+
+class BenchmarkError(ValueError):
+    """A benchmark that is described wrongly, by its patterns or in its YAML file."""
 
 
 @dataclass(frozen=True)
@@ -28,13 +32,13 @@ class Pattern:
         names = ", ".join(f"{{{name}}}" for name in self.allowed)
         for field in self.fields:
             if field not in self.allowed:
-                raise ValueError(
+                raise BenchmarkError(
                     f"the pattern {self.text} has a field {{{field}}}; it may have {names}"
                 )
         if re.search("[{}]", TOKEN.sub("", self.text)):
-            raise ValueError(f"the pattern {self.text} has a brace without its partner")
+            raise BenchmarkError(f"the pattern {self.text} has a brace without its partner")
         if any(len(re.findall(r"\*+", part)) > MAX_STARS for part in self.text.split("/")):
-            raise ValueError(
+            raise BenchmarkError(
                 f"the pattern {self.text} has more than {MAX_STARS} * between two slashes"
             )
 

@@ -26,7 +26,7 @@ from ..evaluation.settings import ABOUT, Settings
 from ..extras import require
 from ..files import open_file, read_bytes
 from ..io import FAILURES, FileError, Trajectory
-from ..metrics import metric
+from ..metrics import SCORES, metric
 from ..texts import printable
 from ..version import __version__
 from ..writing import write_whole
@@ -35,10 +35,9 @@ from .benchmark import Run
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["SCORES", "SEPARATOR", "Errors", "Task", "check_file", "forget_references"]
+__all__ = ["SEPARATOR", "Errors", "Progress", "Task", "check_file", "forget_references"]
 __all__ += ["reference_of", "score_run", "score_runs"]
 
-SCORES = "TAS", "RAS", "PAS", "half_distance", "half_angle", "ATE"
 SEPARATOR = " | "  # between the notes of a run
 MAX_BYTES = 10**13  # of a bag
 MAX_SERIAL_RUNS = 16  # as many are scored before another process would have started
@@ -99,7 +98,7 @@ def score_runs(
                 **dict.fromkeys([*SCORES, *task.settings.metrics], math.nan),
                 "n": 0,
                 "lost": 1.0,
-                **dict.fromkeys(["d", "scale", "chance"], math.nan),
+                **dict.fromkeys(["unit", "scale", "chance"], math.nan),
                 "reference_rotations": None,
                 **dict.fromkeys(["notes", "hints", "low_score"], ""),
                 "settings": settings_text(task.settings),
@@ -236,7 +235,7 @@ def _row(evaluation: Evaluation) -> dict[str, Any]:
         **scores,
         "n": len(evaluation.matches.keys),
         "lost": evaluation.lost,
-        "d": evaluation.result.tas.unit,
+        "unit": evaluation.result.tas.unit,
         "scale": math.nan if evaluation.scale is None else evaluation.scale,
         "chance": evaluation.chance,
         "notes": SEPARATOR.join(notes),
@@ -305,7 +304,7 @@ def _read_stored(file: Path) -> Result | None:
     try:
         stored = json.loads(read_bytes(file))
         row, errors = dict(stored["row"]), dict(stored["errors"])
-        numbers = [row[name] for name in (*SCORES, "n", "lost", "d", "scale", "chance")]
+        numbers = [row[name] for name in (*SCORES, "n", "lost", "unit", "scale", "chance")]
         texts = [row[name] for name in ("notes", "hints", "low_score")]
         if not all(isinstance(value, (int, float)) for value in numbers):
             return None

@@ -72,7 +72,7 @@ def win_probability(runs: Runs, paired: bool = False) -> float:
     return float(np.mean([beats(a if paired else a[:, None], b).mean() for a, b in runs]))
 
 
-def permutation_test(runs: Runs, *, dependent: bool = False, seed: int = 0) -> Test:
+def permutation_test(runs: Runs, *, dependent: bool = False) -> Test:
     """Test P(A beats B) = 1/2 by a studentised permutation test within sequences.
 
     The placement of a run is the share of the other system's runs that it beats. The mean over
@@ -98,7 +98,7 @@ def permutation_test(runs: Runs, *, dependent: bool = False, seed: int = 0) -> T
         sizes.append((len(a) + len(b), len(a)))
     if dependent:
         wins, sizes = [np.mean(wins, axis=0)], sizes[:1]
-    labels, combined = permuted_labels(sizes, seed)
+    labels, combined = permuted_labels(sizes)
     statistic = studentised(wins, labels, combined=combined)
     rounding = 1e-9 * np.abs(statistic).max()
     fewest = sum(min(n, size - n) for size, n in sizes)
@@ -110,7 +110,7 @@ def permutation_test(runs: Runs, *, dependent: bool = False, seed: int = 0) -> T
     )
 
 
-def permuted_labels(sizes: Sequence[tuple[int, int]], seed: int = 0) -> tuple[list[Floats], bool]:
+def permuted_labels(sizes: Sequence[tuple[int, int]]) -> tuple[list[Floats], bool]:
     """Return for each sequence labels of its runs, the first n of them A's in the first row.
 
     They are all that there are, to be combined over sequences, if the combinations are at most
@@ -118,7 +118,7 @@ def permuted_labels(sizes: Sequence[tuple[int, int]], seed: int = 0) -> tuple[li
     """
     if math.prod(math.comb(size, n) for size, n in sizes) <= N_PERMUTATIONS + 1:
         return [_all_labels(size, n) for size, n in sizes], True
-    return [_random_labels(*size, seed, index) for index, size in enumerate(sizes)], False
+    return [_random_labels(*size, index) for index, size in enumerate(sizes)], False
 
 
 def studentised(
@@ -174,11 +174,11 @@ def _all_labels(size: int, n: int) -> Floats:
 
 
 @lru_cache(maxsize=32)
-def _random_labels(size: int, n: int, seed: int, index: int) -> Floats:
+def _random_labels(size: int, n: int, index: int) -> Floats:
     """Return the observed labels, in which A has the first n runs, and random permutations."""
     labels = np.zeros((N_PERMUTATIONS + 1, size))
     labels[:, :n] = 1
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
+    rng = np.random.default_rng(np.random.SeedSequence(0, spawn_key=(index,)))
     labels[1:] = rng.permuted(labels[1:], axis=1)
     return labels
 

@@ -24,7 +24,7 @@ __all__ = [
     "Better",
     "Design",
     "best_means",
-    "checked",
+    "checked_runs",
     "common_sequences",
     "completed",
 ]
@@ -50,7 +50,7 @@ STATUSES = ["scored", "failed", "missing", "copy"]
 MAX_NEEDED = 50  # runs, or sequences, up to which the verdict says how many are needed
 
 
-def checked(runs: pd.DataFrame, by: str) -> pd.DataFrame:
+def checked_runs(runs: pd.DataFrame, by: str) -> pd.DataFrame:
     """Return a table of runs with all columns that the comparison takes.
 
     It needs the columns ``system`` and `by`. Without ``sequence`` there is one sequence, without
@@ -80,11 +80,14 @@ def checked(runs: pd.DataFrame, by: str) -> pd.DataFrame:
 
 def _with_values(runs: pd.DataFrame, by: str) -> pd.DataFrame:
     """Return a table of runs with numbers for metrics, and texts where it has no column."""
-    for name in (*metric_columns(runs, by), "lost", "d"):
+    for name in metric_columns(runs, by):
         try:
-            runs[name] = pd.to_numeric(runs[name]).astype(float) if name in runs else math.nan
+            runs[name] = pd.to_numeric(runs[name]).astype(float)
         except (TypeError, ValueError):
             raise ValueError(f"column {brief(name)} of the table of runs is not numeric") from None
+    for name in ("lost", "unit"):  # which may be something else in a user's own table
+        values = runs[name] if name in runs else pd.Series(math.nan, runs.index)
+        runs[name] = pd.to_numeric(values, errors="coerce").astype(float)
     if "status" not in runs:
         runs["status"] = np.where(runs[by].isna(), "failed", "scored")
     if not runs["status"].isin(STATUSES).all():
@@ -188,7 +191,7 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
         chosen = mean.index.isin(common) if sequence is None else mean.index == sequence
         failed = int((group["status"] != "scored").sum())
         low, high = scipy.stats.binomtest(failed, len(group)).proportion_ci(1 - LEVEL)
-        units = group["d"].dropna()
+        units = group["unit"].dropna()
         row = {
             "system": system,
             "sequence": sequence,
@@ -197,7 +200,7 @@ def summarise(runs: pd.DataFrame, by: str, larger: bool, pairs: pd.DataFrame) ->
             "failed": failed,
             "failing_low": low,
             "failing_high": high,
-            "d": units.iloc[0] if sequence is not None and len(units) else math.nan,
+            "unit": units.iloc[0] if sequence is not None and len(units) else math.nan,
             "lost": mean.loc[chosen, "lost"].mean(),
             "lost_all": mean["lost"].mean() if sequence is None else math.nan,
         }

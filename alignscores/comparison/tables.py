@@ -15,7 +15,7 @@ import pandas as pd
 from ..evaluation.settings import Settings
 from ..extras import require
 from ..metrics import header
-from ..texts import in_markdown, text_table
+from ..texts import in_latex, in_markdown, text_table, with_footnotes
 from .comparison import Comparison
 from .statistics import LEVEL
 from .summary import (
@@ -32,7 +32,7 @@ __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "l
 __all__ += ["HTML", "MARKDOWN", "TEXT", "notes_of", "number", "overall"]
 __all__ += ["differences_of", "problems_of", "wins_text"]
 
-METRICS = "TAS", "RAS", "PAS", "half_distance", "half_angle"
+USUAL = "TAS", "RAS", "PAS", "half_distance", "half_angle"
 
 
 @dataclass(frozen=True)
@@ -43,30 +43,13 @@ class TableStyle:
     bold: Callable[[str], str]
 
 
-def latex(text: str) -> str:
-    """Return a text that LaTeX shows as it is."""
-    return text.translate(LATEX)
-
-
-LATEX = str.maketrans(
-    {
-        **{letter: rf"\{letter}" for letter in "&%$#_{}"},
-        "~": r"\textasciitilde{}",
-        "^": r"\textasciicircum{}",
-        "\\": r"\textbackslash{}",
-        "<": r"\textless{}",
-        ">": r"\textgreater{}",
-        "|": r"\textbar{}",
-        '"': r"\textquotedbl{}",
-    }
-)
 BOLD = "bold: best mean, significant or not"
-EQUAL, UNTESTED, FAILED = "$^{=}$", r"$^{\mathrm{n}}$", r"$^{\dagger}$"  # marks in LaTeX
+EQUAL_MARK, UNTESTED_MARK, FAILED_MARK = "$^{=}$", r"$^{\mathrm{n}}$", r"$^{\dagger}$"
 LATEX_LEGEND = {
-    EQUAL: rf"{EQUAL}\,not significantly different from the best "
+    EQUAL_MARK: rf"{EQUAL_MARK}\,not significantly different from the best "
     rf"(false discovery rate {100 * LEVEL:.0f}\,\%)",
-    UNTESTED: rf"{UNTESTED}\,too few runs for a test against the best",
-    FAILED: rf"{FAILED}\,mean without the failed runs",
+    UNTESTED_MARK: rf"{UNTESTED_MARK}\,too few runs for a test against the best",
+    FAILED_MARK: rf"{FAILED_MARK}\,mean without the failed runs",
 }
 TEXT = TableStyle(str, str)
 MARKDOWN = TableStyle(in_markdown, lambda text: f"**{text}**")
@@ -88,7 +71,7 @@ def _metric_names(comparison: Comparison) -> list[str]:
     means = comparison.overall
     return [
         name
-        for name in dict.fromkeys([*METRICS, *requested, comparison.by])
+        for name in dict.fromkeys([*USUAL, *requested, comparison.by])
         if name == comparison.by or (name in means and means[name].notna().any())
     ]
 
@@ -170,8 +153,8 @@ def by_sequence(comparison: Comparison, style: TableStyle = TEXT) -> pd.DataFram
                 text += f" †{row['failed']}" if row["failed"] and "†" not in text else ""
             cells[style.escape(sequence)] = text
         rows.append(cells)
-    if comparison.runs["d"].notna().any():
-        d = comparison.runs.groupby("sequence", sort=False)["d"].first()
+    if comparison.runs["unit"].notna().any():
+        d = comparison.runs.groupby("sequence", sort=False)["unit"].first()
         name = "d [m]" if _header("half_distance", comparison).endswith("[m]") else "d"
         rows.append({corner: name, **{style.escape(s): f"{d[s]:.4g}" for s in sequences}})
     return pd.DataFrame(rows)
@@ -196,18 +179,18 @@ def _latex_table(comparison: Comparison) -> pd.DataFrame:
     from it, n those that are not tested against it.
     """
     systems = comparison.overall["system"]
-    columns = {"system": [latex(system) for system in systems]}
-    for name in dict.fromkeys([*METRICS[:4], comparison.by]):
+    columns = {"system": [in_latex(system) for system in systems]}
+    for name in dict.fromkeys([*USUAL[:4], comparison.by]):
         if name not in comparison.overall:
             continue
         larger, pairs = _larger(comparison, name), comparison.pairs
         if name != comparison.by:
             pairs = pairs_of(comparison.distinct, name, larger, comparison.design)
         decimals, cells = _latex_column(comparison.overall, name, larger, pairs)
-        columns[latex(_header(name, comparison))] = cells
+        columns[in_latex(_header(name, comparison))] = cells
         if name == comparison.by and not _same_sequences(comparison):
             all_means = comparison.overall[f"{name}_all"]
-            columns[latex(f"{name} (all)")] = [_fixed(value, decimals) for value in all_means]
+            columns[in_latex(f"{name} (all)")] = [_fixed(value, decimals) for value in all_means]
     return pd.DataFrame(columns)
 
 
@@ -223,7 +206,7 @@ def _latex_column(
         if best[:1] in ([pair["a"]], [pair["b"]]):
             other = pair["b"] if pair["a"] == best[0] else pair["a"]
             untested, significant = math.isnan(pair["p"]), isinstance(pair["better"], str)
-            marks[other] = UNTESTED if untested else "" if significant else EQUAL
+            marks[other] = UNTESTED_MARK if untested else "" if significant else EQUAL_MARK
     largest = abs(table[name].max() if larger else table[name].min())
     decimals = max(0, 3 - math.ceil(math.log10(largest))) if 1e-9 < largest < math.inf else 3
     cells = []
@@ -232,7 +215,7 @@ def _latex_column(
         text = rf"\textbf{{{text}}}" if row["system"] in best else text
         deviation = row[f"{name}_sd"]
         text += rf" $\pm$ {deviation:.{decimals}f}" if math.isfinite(deviation) else ""
-        text += FAILED if without_failed and math.isfinite(mean) else ""
+        text += FAILED_MARK if without_failed and math.isfinite(mean) else ""
         cells.append(text + marks.get(row["system"], ""))
     return decimals, cells
 
@@ -249,14 +232,12 @@ def as_latex(comparison: Comparison) -> str:
     text = str(table.to_latex(index=False, escape=False, column_format="l" + "r" * (n - 1)))
     means = f"mean over {_sequences(comparison)}"
     legend = [rf"{means} $\pm$ standard deviation of the runs on a sequence"]
+    if comparison.settings is not None:
+        legend.append(comparison.settings.how_aligned)
     legend += [BOLD] if r"\textbf" in text else []
     legend += [line for mark, line in LATEX_LEGEND.items() if mark in text]
-    footer = "".join(
-        rf"\multicolumn{{{n}}}{{l}}{{\footnotesize {line}}} \\" + "\n" for line in legend
-    )
     lines = [*comparison.verdict, *(f"note: {note}" for note in comparison.notes)]
-    end = r"\end{tabular}"
-    return text.replace(end, footer + end) + "".join(f"% {line}\n" for line in lines)
+    return with_footnotes(text, n, legend) + "".join(f"% {line}\n" for line in lines)
 
 
 def _sequences(comparison: Comparison) -> str:
@@ -285,16 +266,11 @@ def legend(comparison: Comparison, style: TableStyle = TEXT) -> list[str]:
 
 def _is_any_best(comparison: Comparison) -> bool:
     """Return whether `overall` or `by_sequence` have a best mean."""
-    by, larger, on_sequences = (
-        comparison.by,
-        comparison.larger,
-        comparison.summary.dropna(subset="sequence"),
-    )
-    means = [
-        (comparison.overall[name], _larger(comparison, name)) for name in _metric_names(comparison)
-    ]
-    means += [(group[by], larger) for _, group in on_sequences.groupby("sequence")]
-    return any(best_means(*arguments).any() for arguments in means)
+    overall, by = comparison.overall, comparison.by
+    best = [best_means(overall[m], _larger(comparison, m)) for m in _metric_names(comparison)]
+    for _, means in comparison.summary.dropna(subset="sequence").groupby("sequence"):
+        best.append(best_means(means[by], comparison.larger))
+    return any(is_best.any() for is_best in best)
 
 
 def conditions(settings: Settings | None) -> list[str]:

@@ -13,7 +13,8 @@ from .runs import SEPARATOR
 from .statistics import LEVEL, MIN_RUNS
 from .summary import DEPENDENT, PAIRED, SINGLE, Design, best_means, common_sequences, records
 
-__all__ = ["difference_text", "notes_on_runs", "p_text", "texts_by_run", "verdict"]
+__all__ = ["difference_text", "left_out_sequences", "notes_on_runs", "p_text", "texts_by_run"]
+__all__ += ["verdict"]
 
 
 def verdict(
@@ -35,7 +36,8 @@ def verdict(
     if len(tested):
         leader = order[tested["first"].iloc[0]]
         of_leader = tested[(tested["a"] == leader) | (tested["b"] == leader)]
-        lines = _on_leader(leader, records(of_leader), by, len(tested))
+        n_sequences = runs["sequence"].nunique()
+        lines = _on_leader(leader, records(of_leader), by, len(tested), n_sequences)
     if len(tested) > 1:
         n = int(tested["better"].notna().sum())
         lines.append(
@@ -50,7 +52,7 @@ def verdict(
         n = len(common_sequences(runs))
         lines.append(
             f"{best[0]} has the {'highest' if larger else 'lowest'} mean {by} ({mean:.4g}, "
-            f"{_number(n, 'sequence')}), but too few runs for a test."
+            f"{_counted(n, 'sequence')}), but too few runs for a test."
         )
     return [*lines, *_too_few_runs(pairs), *_without_value(runs, by), *_missing_sequences(runs, by)]
 
@@ -67,7 +69,7 @@ def difference_text(value: float, low: float, high: float, *, significant: bool)
     return f"{text} ({low:.3g} to {high:.3g})" if has_interval else text
 
 
-def _on_pair(pair: dict[str, Any], by: str, n_tested: int) -> str:
+def _on_pair(pair: dict[str, Any], by: str, n_tested: int, n_sequences: int) -> str:
     """Return which of two systems is ahead, how often it wins, and by how much."""
     wins, value, low, high = (pair[name] for name in ("wins", "difference", "low", "high"))
     first, second = pair["a"], pair["b"]
@@ -83,19 +85,23 @@ def _on_pair(pair: dict[str, Any], by: str, n_tested: int) -> str:
         p_values += f", adjusted for {n_tested} pairs {pair['p']:.2g}"
     difference = difference_text(value, low, high, significant=significant)
     mean = f", mean {by} {difference}" if math.isfinite(value) else ""
-    where = _number(pair["sequences"], "sequence")
+    where = _counted(pair["sequences"], "sequence")
+    if pair["sequences"] < n_sequences:
+        where = f"{pair['sequences']} of {n_sequences} sequences"
     return f"{result} wins {100 * wins:.0f} % of the run pairs on {where} ({p_values}){mean}."
 
 
-def _number(n: int, what: str) -> str:
+def _counted(n: int, what: str) -> str:
     """Return a number of things."""
     return f"{n} {what}{'s' * (n != 1)}"
 
 
-def _on_leader(leader: str, tested: Sequence[dict[str, Any]], by: str, n_tested: int) -> list[str]:
+def _on_leader(
+    leader: str, tested: Sequence[dict[str, Any]], by: str, n_tested: int, n_sequences: int
+) -> list[str]:
     """Compare the first system with the second in full, and with the others in short."""
     first, *others = tested
-    lines = [_on_pair(first, by, n_tested)]
+    lines = [_on_pair(first, by, n_tested, n_sequences)]
     if math.isfinite(first["p_like_these"]):
         ahead = first["better_like_these"]
         who = f"{ahead} is ahead" if isinstance(ahead, str) else "they are not distinguishable"
@@ -129,13 +135,13 @@ def _too_few_runs(pairs: pd.DataFrame) -> list[str]:
 def _runs_text(pair: dict[str, Any]) -> str:
     """Return how many runs a pair has."""
     fewer, more = sorted((pair["runs_a"], pair["runs_b"]))
-    where = _number(pair["sequences"], "sequence")
+    where = _counted(pair["sequences"], "sequence")
     if pair["method"] == SINGLE:
         return f"single runs on {where}"
     if pair["method"] == PAIRED:
         return f"so few paired runs on {where}"
     if pair["method"] == DEPENDENT and fewer < MIN_RUNS:
-        return f"{_number(fewer, 'run')} that all of {where} have"
+        return f"{_counted(fewer, 'run')} that all of {where} have"
     return f"{f'{fewer} runs each' if fewer == more else f'{fewer} and {more} runs'} on {where}"
 
 
@@ -166,6 +172,13 @@ def _missing_sequences(runs: pd.DataFrame, by: str) -> list[str]:
             "--expect_all counts the missing ones as failed."
         )
     return lines
+
+
+def left_out_sequences(left_out: Sequence[str], runs: pd.DataFrame) -> list[str]:
+    """Return which sequences were left out, so that nothing is said of them."""
+    n, n_all = len(left_out), len(left_out) + runs["sequence"].nunique()
+    names = first_few(left_out)
+    return [f"Left out: {n} of {n_all} sequences ({names}); the errors say why."] if n else []
 
 
 def notes_on_runs(runs: pd.DataFrame, by: str, design: Design) -> list[str]:

@@ -25,7 +25,7 @@ from .lever import LeverArm, find_lever_arm, with_lever_arm
 from .match import Matches, check_scorable, match, no_clock, poses_of_rows, with_stamps_of_sparse
 from .settings import Settings
 
-__all__ = ["Compared", "compared", "half_distance_of", "notes_on_matching", "pcr99"]
+__all__ = ["Compared", "half_distance_of", "match_and_score", "notes_on_matching", "pcr99"]
 __all__ += ["tas_of_other_seeds"]
 
 SMALL_OFFSET = 0.02  # seconds; a smaller offset of the clocks must raise the score
@@ -64,7 +64,7 @@ def _of_frames(result: TASResult | RASResult) -> Floats:
     return np.asarray(1 - reached / len(result.thresholds))
 
 
-def compared(
+def match_and_score(
     reference: Trajectory,
     estimate: Trajectory,
     settings: Settings,
@@ -113,10 +113,10 @@ def _offset(
     scores = []
     for seconds in (0.0, clock.seconds):
         try:
-            attempted_settings = replace(settings, t_offset=seconds)
+            tried = replace(settings, t_offset=seconds)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                attempt = compared(reference, estimate, attempted_settings, has_rotations, groups)
+                attempt = match_and_score(reference, estimate, tried, has_rotations, groups)
             scores.append(attempt.scored.score)
         except ValueError:
             scores.append(-math.inf)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 
-__all__ = ["Deficit", "deficits", "in_order"]
+__all__ = ["Deficit", "deficits", "order_of_frames"]
 
 N_STRETCHES = 3
 
@@ -58,7 +58,7 @@ def deficits(
     The stretches are those that cost most in excess of as many average frames. The result is empty
     if the score is 1.
     """
-    order = in_order(keys)
+    order = order_of_frames(keys)
     lost = lost[order]
     missing = np.searchsorted(thresholds, errors[order], side="right")  # thresholds of each frame
     total, n = int(missing.sum()), len(missing)
@@ -93,7 +93,7 @@ def deficits(
     return result
 
 
-def in_order(keys: NDArray[Any]) -> Indices:
+def order_of_frames(keys: NDArray[Any]) -> Indices:
     """Return the order of frames: as they are, but images by their names, 9.png before 10.png."""
     if keys.dtype.kind != "U":
         return np.arange(len(keys))

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 from ..io import Trajectory, read_stamps
-from ..translation import closest_pair_quartile
 from ..validation import finite_rows
 from .reading import KEY_KINDS, check_duplicates, first_rows, warn
 from .rigs import rig_frames as rig_frames_by_names
+from .rigs import unit_of
 from .settings import Settings
 from .time import (
     chord_error,
@@ -31,6 +31,7 @@ from .time import (
 
 __all__ = [
     "Matches",
+    "check_reference",
     "check_scorable",
     "match",
     "no_clock",
@@ -149,12 +150,20 @@ def check_scorable(
         if n > 1 and (positions == positions[0]).all():
             raise ValueError(f"the reference stands still: all of its {n} {what} have one position")
         if n < 4:
-            reason = f"the reference has {n} {what}, and it takes 4"
+            reason = f"{n} {what} of the reference are expected, and it takes 4"
         else:
             reason = f"at least three quarters of the reference {what} coincide with another one"
             if matches.keys.dtype.kind == "U" and what == "poses":
                 remedy += ", or --rig_frames says which are cameras of one rig"
         raise ValueError(f"d cannot be derived: {reason}; {remedy}")
+
+
+def check_reference(
+    reference: Trajectory, settings: Settings, groups: Indices | None = None
+) -> None:
+    """Raise a ValueError where not even the reference itself could be scored as an estimate."""
+    poses = reference.with_rotations()
+    check_scorable(poses, poses, match(poses, poses, settings, groups), settings)
 
 
 def with_stamps_of_sparse(
@@ -333,12 +342,7 @@ def _n_rig_frames(rig_frames: Indices | None, settings: Settings) -> int:
 
 def _unit(positions: Floats, settings: Settings, rig_frames: Indices | None = None) -> float:
     """Return d of the positions unless it is set; NaN where it is undefined."""
-    if settings.unit is not None:
-        return settings.unit
-    try:
-        return closest_pair_quartile(positions, groups=rig_frames)
-    except ValueError:
-        return np.nan
+    return unit_of(positions, rig_frames) if settings.unit is None else settings.unit
 
 
 def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float) -> ValueError:

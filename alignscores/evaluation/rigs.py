@@ -14,7 +14,7 @@ from ..translation import closest_pair_quartile
 from ..validation import check_groups
 from .settings import Settings
 
-__all__ = ["by_keys", "clumps", "of_groups", "of_model", "of_rows", "rig_frames"]
+__all__ = ["clumps", "of_groups", "of_model", "of_reference", "rig_frames", "unit_of"]
 
 FAR = 3  # times as distant; on a smooth path it is twice at most
 MAX_CAMERAS = 12  # of a rig
@@ -45,22 +45,23 @@ def of_model(reference: Any, settings: Settings) -> dict[Any, int]:
     return dict(frames) if len(set(frames.values())) >= 4 else {}
 
 
-def of_rows(reference: Trajectory, settings: Settings) -> Indices | None:
-    """Return the rig frame of each pose where those of a rig frame stand in consecutive rows."""
+def of_reference(
+    reference: Trajectory, frames: Mapping[Any, int], settings: Settings
+) -> Indices | None:
+    """Return the rig frame of each pose by its key, or by consecutive rows; None without either.
+
+    A key without a rig frame has its own.
+    """
+    if frames:
+        n = max(frames.values()) + 1
+        keys = enumerate(reference.keys.tolist())
+        return np.array([frames.get(key, n + row) for row, key in keys])
     if not settings.rig_frames.isdecimal():
         return None
     n, n_cameras = len(reference.keys), int(settings.rig_frames)
     if n % n_cameras:
         raise ValueError(f"rig_frames {n_cameras}: the reference has {n} poses, no multiple of it")
     return np.arange(n) // n_cameras
-
-
-def by_keys(frames: Mapping[Any, int], keys: NDArray[Any]) -> Indices | None:
-    """Return the rig frame of each key; a key without has its own, None without frames."""
-    if not frames:
-        return None
-    n = max(frames.values()) + 1
-    return np.array([frames.get(key, n + row) for row, key in enumerate(keys.tolist())])
 
 
 def rig_frames(keys: NDArray[Any], positions: Floats, settings: Settings) -> Indices | None:
@@ -86,7 +87,7 @@ def rig_frames(keys: NDArray[Any], positions: Floats, settings: Settings) -> Ind
     if settings.rig_frames == "auto":
         means = np.stack([np.bincount(labels, axis) for axis in positions.T], axis=1)
         distances = np.linalg.norm(positions - (means / counts[:, None])[labels], axis=1)
-        if not np.median(distances) < _spacing(positions, labels):
+        if not np.median(distances) < unit_of(positions, labels):
             return None
     return labels
 
@@ -112,8 +113,8 @@ def clumps(positions: Floats, d: float) -> tuple[int, float]:
     return (n + 1, spacing) if far[n - 1] > 0.5 and spacing > FAR * d else (0, 0.0)
 
 
-def _spacing(positions: Floats, labels: Indices) -> float:
-    """Return d of rig frames; NaN where it is undefined."""
+def unit_of(positions: Floats, labels: Indices | None) -> float:
+    """Return d of positions, or of rig frames by their labels; NaN where it is undefined."""
     try:
         return closest_pair_quartile(positions, groups=labels)
     except ValueError:

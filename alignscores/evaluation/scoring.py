@@ -18,7 +18,7 @@ from ..metrics import SCORES, Metric, metric
 from ..similarity import least_squares_rmse
 from ..texts import printable, unique_names
 from ..validation import finite_rows
-from .compared import compared, half_distance_of, notes_on_matching, tas_of_other_seeds
+from .compared import half_distance_of, match_and_score, notes_on_matching, tas_of_other_seeds
 from .evaluation import FAILED, Evaluation, Model, Note, finite_or_none
 from .hints import Files, Scored, look, rescue
 from .match import Matches
@@ -30,7 +30,7 @@ from .reading import (
     read_reference,
     with_formats,
 )
-from .rigs import by_keys, of_groups, of_model, of_rows
+from .rigs import of_groups, of_model, of_reference
 from .settings import Settings, changed
 
 __all__ = ["evaluate", "score"]
@@ -148,9 +148,7 @@ def score(
     with collected_warnings() as of_file:  # these name the file
         models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]
-    groups = by_keys(rig_frames, reference.keys)
-    if groups is None:
-        groups = of_rows(reference, settings)
+    groups = of_reference(reference, rig_frames, settings)
     rows: tuple[Model, ...] = ()
     of_models = None
     if len(models) == 1:
@@ -241,11 +239,11 @@ def _score_trajectory(
     reference, poses = reference.with_rotations(), poses.with_rotations()
 
     def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
-        return compared(ref, est, tried, has_rotations, groups).scored
+        return match_and_score(ref, est, tried, has_rotations, groups).scored
 
     with collected_warnings() as of_estimate:
         try:
-            outcome = compared(reference, poses, settings, has_rotations, groups)
+            outcome = match_and_score(reference, poses, settings, has_rotations, groups)
         except ValueError as error:
             remedy = check and rescue(
                 reference, poses, settings, attempt, files, has_rotations=has_rotations

@@ -19,19 +19,19 @@ from ..registration import REGISTRATIONS
 from ..similarity import ALIGNMENTS, SYNONYMS, UP
 from ..texts import brief, printable
 
-__all__ = ["ABOUT", "SCORES", "Settings", "changed"]
+__all__ = ["ABOUT", "SCORING", "Settings", "changed"]
 
 # Groups in the help.
-FILES, TIME, CONVENTIONS, SCORES = "files", "time", "conventions", "alignment and scores"
+FILES, TIME, CONVENTIONS, SCORING = "files", "time", "conventions", "alignment and scores"
 
 
-def _setting(default: Any, help: str, *, group: str = SCORES, **bounds: Any) -> Any:
+def _setting(default: Any, help: str, *, group: str = SCORING, **bounds: Any) -> Any:
     """Return a field of `Settings` whose values have a `number` type, or are texts or flags.
 
-    `least` and `most` bound a number, `above` excludes its bound; `words` may stand instead, and
-    `numbers`, such as "X,Y", says that there are several. `choices` are those of a text, `synonyms`
-    what others call them. `needs` is what a format must have: time stamps (timed), topics or
-    tables. None is a value where it is the default.
+    `minimum` and `maximum` bound a number, `above` excludes its bound; `words` may stand instead,
+    and `numbers`, such as "X,Y", says that there are several. `choices` are those of a text,
+    `synonyms` what others call them. `needs` is what a format must have: time stamps (timed),
+    topics or tables. None is a value where it is the default.
     """
     return field(default=default, metadata={"help": help, "group": group, **bounds})
 

@@ -227,7 +227,7 @@ def _errors(comparison: Comparison) -> go.Figure:
             for system in systems
         }
         times, medians = _medians(of_sequence)
-        unit = comparison.runs.loc[comparison.runs["sequence"] == sequence, "d"].dropna().iloc[0]
+        unit = comparison.runs.loc[comparison.runs["sequence"] == sequence, "unit"].dropna().iloc[0]
         limit = settings.max_threshold * float(unit)
         low, high = log_range(list(medians.values()), limit)
         cell = {"row": row, "col": 1}

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats
-from ..evaluation.deficits import Deficit, in_order
+from ..evaluation.deficits import Deficit, order_of_frames
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.time import breaks
 from ..histogram import AlignmentScore
@@ -70,7 +70,7 @@ def frames(evaluation: Evaluation) -> Floats:
     if evaluation.settings.file_format.ordered:
         return times(evaluation)
     names = evaluation.reference.keys[evaluation.matches.expected_rows]
-    return np.argsort(in_order(names)).astype(float)
+    return np.argsort(order_of_frames(names)).astype(float)
 
 
 def curve(evaluation: Evaluation, score: str) -> Curve:

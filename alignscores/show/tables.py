@@ -5,6 +5,7 @@ The table of a terminal needs no pandas, which the extra ``tables`` brings.
 
 import math
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,16 @@ from ..evaluation.evaluation import Evaluation
 from ..evaluation.notes import scale_note
 from ..extras import require
 from ..metrics import SCORES, header, metric
-from ..texts import aligned, distinct, in_markdown, printable, text_table, text_width
+from ..texts import (
+    aligned,
+    distinct,
+    in_latex,
+    in_markdown,
+    printable,
+    text_table,
+    text_width,
+    with_footnotes,
+)
 from .curves import time_label
 
 __all__ = [
@@ -32,6 +42,7 @@ __all__ = [
 
 MIN_COLUMNS = 5
 LONGEST = 28  # characters of a name
+FOOTNOTE = 80  # characters of a line below a table in LaTeX, which is hardly wider
 Rows = list[list[str]]  # the first is the header
 
 
@@ -159,13 +170,14 @@ def markdown(scored: Sequence[Evaluation], more_notes: Sequence[str] = ()) -> st
 
 
 def latex(scored: Sequence[Evaluation]) -> str:
-    """Return the table in LaTeX, for the package booktabs, under the conditions as comments."""
+    """Return the table in LaTeX, for the package booktabs, with its conditions at the end."""
     require("jinja2", "tables")
-    rows = rows_of(scored, longest=200)
-    comments = "".join(f"% {printable(line)}\n" for line in conditions(scored))
-    alignment = "l" + "r" * (len(rows[0]) - 1)
-    table: str = _frame(rows).to_latex(index=False, escape=True, column_format=alignment)
-    return comments + table
+    rows = [list(map(in_latex, row)) for row in rows_of(scored, longest=200)]
+    n = len(rows[0])
+    table: str = _frame(rows).to_latex(index=False, column_format="l" + "r" * (n - 1))
+    how_scored, *others = conditions(scored)
+    comments = "".join(f"% {printable(line)}\n" for line in others)
+    return comments + with_footnotes(table, n, map(in_latex, wrap(how_scored, FOOTNOTE)))
 
 
 def csv(scored: Sequence[Evaluation]) -> str:

@@ -51,6 +51,13 @@ WRONG = [
     ([*COMPARE, "--save_rrd", "a.rrd"], "--save_rrd belongs to `alignscores REF EST`"),
     ([*COMPARE, "--fail_on", "worse"], "argument --fail_on: worse: needs --baseline FILE"),
     ([*COMPARE, "--by", "rpe@1m"], "argument --by: must be one of TAS, RAS, PAS, half_distance"),
+    ([*COMPARE, "--better", "smaller"], "argument --better: better must not be smaller for PAS"),
+    ([*COMPARE, "--jobs", "0"], "argument --jobs: must not be 0"),
+    (["compare", "gt.txt", "runs/*.txt"], "the pattern of the estimates needs {system} in place"),
+    (["compare", "gt.txt", "{system}.txt", "{run}.txt"], "give a format (tum, "),
+    (["compare", "gt.txt"], "gt.txt: give a pattern of estimates, too, or one YAML or CSV file"),
+    ([*COMPARE, "--est_topic", "/odom"], "est_topic applies only to bags: tum files have no"),
+    ([*TUM[1:], "--est_topic", "/odom"], "est_topic applies only to bags: tum files have no"),
 ]
 
 

@@ -126,8 +126,8 @@ def test_a_value_needs_no_baseline(patterns, run):
         "alignscores: error: c: half_distance ∞ > 10",
     ]
     name = "recall@5cm,5deg:hloc"  # with a comma
-    code, _, err = run(*patterns, "--metrics", name, "--fail_on", f"{name}<101,PAS<0.1")
-    assert (code, err.count("5deg:hloc 0.0000 < 101")) == (3, 2)
+    code, _, err = run(*patterns, "--metrics", name, "--fail_on", f"{name}<99,PAS<0.1")
+    assert (code, err.count("5deg:hloc 0.0000 < 99")) == (3, 2)
 
 
 @pytest.mark.parametrize(
@@ -139,6 +139,13 @@ def test_a_value_needs_no_baseline(patterns, run):
         ("PAS drops 5%", "'PAS drops 5%': only lost and failed are in per cent; write 0.05"),
         ("PAS<much", "'PAS<much' must be worse, or like PAS<0.8"),
         ("ate:rmse>1", "'ate:rmse>1': ate:rmse must be one of TAS, RAS, PAS"),
+        ("PAS drops 2", "'PAS drops 2' decides nothing: a change of PAS is from 0 to 1"),
+        ("half rises -1", "'half rises -1' decides nothing: a change of half_distance is at least"),
+        ("PAS<80", "'PAS<80' decides nothing: PAS is from 0 to 1"),
+        ("PAS>1", "'PAS>1' decides nothing"),
+        ("half<0", "'half<0' decides nothing: half_distance is at least 0"),
+        ("lost>5", "'lost>5' decides nothing: lost is from 0 to 1"),
+        ("failed>100%", "'failed>100%' decides nothing"),
     ],
 )
 def test_wrong_conditions_are_named_in_one_line(patterns, run, fail_on, message):

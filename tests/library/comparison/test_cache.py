@@ -33,12 +33,12 @@ def test_results_are_taken_from_there_and_others_computed(files, run, compare):
     for path in (files / "cache").iterdir():
         stored = json.loads(path.read_text())
         if not stored["row"]["notes"]:  # a
-            stored["row"]["d"] = 7.0  # which tells where it is from
+            stored["row"]["unit"] = 7.0  # which tells where it is from
             path.write_text(json.dumps(stored))
         else:
             path.unlink()
     results = compare(*FILES, "--cache", "cache")["runs"]
-    units = {result["system"]: result["d"] for result in results}
+    units = {result["system"]: result["unit"] for result in results}
     assert units["a"] == 7.0
     assert 0 < units["b"] < 1
 
@@ -80,7 +80,7 @@ DAMAGES = {
     "cut": lambda text: text[:1],
     "a list": lambda text: "[1, 2]",
     "empty": lambda text: "{}",
-    "d": with_entry("row", "d", "abc"),
+    "unit": with_entry("row", "unit", "abc"),
     "n": with_entry("row", "n", "abc"),
     "a list of scores": with_entry("row", "TAS", [1]),
     "a score in words": with_entry("row", "TAS", "0.5"),

@@ -107,6 +107,40 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
     assert (status.count("scored"), status.count("failed"), status.count("missing")) == (8, 3, 1)
 
 
+@pytest.mark.parametrize(
+    ("option", "reason"),
+    [
+        (("--t_start", 5), "no reference pose is expected with t_start 5.000000 s"),
+        (("--t_start", 3.75), "2 poses of the reference are expected, and it takes 4"),
+        (("--frames", "frames.txt"), "no expected frame has a reference pose"),
+    ],
+)
+def test_a_sequence_that_an_option_empties_is_left_out(
+    benchmark_of, run, tmp_path, monkeypatch, option, reason
+):
+    """It is no failure of the systems."""
+    monkeypatch.chdir(tmp_path)
+    patterns = benchmark_of({**SYSTEM, "b": (0.3, 1.0, 1, 0.0)}, ["car"], runs=1, n=100)
+    benchmark_of({**SYSTEM, "b": (0.3, 1.0, 1, 0.0)}, ["helix"], runs=1, n=40)
+    (tmp_path / "frames.txt").write_text("".join(f"{t}\n" for t in range(5, 10)))
+    code, out, err = run(*patterns, *option, "--json")
+    compared = json.loads(out)
+    assert code == 1
+    assert err.startswith("alignscores: error: sequence helix: left out: ")
+    assert reason in err
+    assert {(entry["sequence"], entry["status"]) for entry in compared["runs"]} == {
+        ("car", "scored")
+    }
+    assert compared["verdict"][-1] == "Left out: 1 of 2 sequences (helix); the errors say why."
+
+
+def test_a_pair_names_the_sequences_that_it_has_no_runs_on(benchmark_of, compare, tmp_path):
+    patterns = benchmark_of({**SYSTEM, "b": (0.3, 1.0, 1, 0.0)}, runs=5, n=40)
+    for file in tmp_path.glob("helix/b/*.txt"):
+        file.unlink()
+    assert "of the run pairs on 1 of 2 sequences (" in compare(*patterns)["verdict"][0]
+
+
 def test_the_ate_has_a_column_if_it_is_asked_for(benchmark_of, run_compare):
     patterns = benchmark_of({"a": (0.02, 1.0, 1, 0.0), "b": (0.1, 1.0, 1, 0.0)}, ["car"], n=40)
     for arguments, shown in (((), False), (("--metrics", "ate"), True)):

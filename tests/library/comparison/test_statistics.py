@@ -109,7 +109,6 @@ def test_many_permutations_are_drawn_and_repeated():
     test = permutation_test(runs)
     assert test == permutation_test(runs)
     assert test == permutation_test([(a[::-1], b[::-1]) for a, b in runs])
-    assert permutation_test(runs, seed=1).p == pytest.approx(test.p, abs=0.02)
     ((a, b),) = draw(12, 12, shift=0.4)
     plain = stats.mannwhitneyu(a, b, method="exact").pvalue  # with so equal a scatter, nearly
     assert permutation_test([(a, b)]).p == pytest.approx(plain, abs=0.03)

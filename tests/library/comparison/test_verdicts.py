@@ -176,6 +176,8 @@ def test_a_metric_of_the_user():
     comparison = compare(runs, by="seconds", better="smaller")
     assert comparison.verdict[0].startswith("fast is ahead of slow")
     assert comparison.failed == ["s0, slow, run 4: has no seconds"]
+    with_unit = compare(runs.assign(unit="s", lost="no"), by="seconds", better="smaller")
+    assert with_unit.verdict == comparison.verdict
     again = compare(runs.drop(columns=["sequence", "run"]), by="seconds", better="smaller")
     assert again.pairs["p"].iloc[0] == comparison.pairs["p"].iloc[0]
     for bad, options, message in (

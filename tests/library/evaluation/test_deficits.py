@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from alignscores import Trajectory, evaluate
-from alignscores.evaluation.deficits import deficits, in_order
+from alignscores.evaluation.deficits import deficits, order_of_frames
 
 THRESHOLDS = np.arange(1, 11) / 10
 
@@ -64,7 +64,7 @@ def test_even_losses_are_one_stretch():
 
 def test_images_are_in_the_order_of_their_names():
     keys = np.array(["b/2.png", "a/10.png", "a/9.png", "b/1.png"])
-    assert keys[in_order(keys)].tolist() == ["a/9.png", "a/10.png", "b/1.png", "b/2.png"]
+    assert keys[order_of_frames(keys)].tolist() == ["a/9.png", "a/10.png", "b/1.png", "b/2.png"]
     lost = np.array([True, False, False, True])
     (stretch,) = [
         entry

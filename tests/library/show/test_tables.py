@@ -39,8 +39,13 @@ def test_names_are_inert_everywhere(named):
     assert len({len(re.findall(r"(?<!\\)\|", line)) for line in markdown.splitlines()[:6]}) == 1
     latex = tables.latex(named)
     assert r"50\%\_of \$x\$ \& \#1 \{" in latex
-    assert latex.count(r"\\") == 5 + latex.count(r"\\textbackslash")  # rows and header
-    assert r"\toprule" in latex
+    head, rows, notes = latex.replace(r"\bottomrule", r"\midrule").split(r"\midrule")
+    assert rows.count(r"\\") == len(named)
+    assert r"\toprule" in head
+    assert notes.splitlines()[1].startswith(
+        r"\multicolumn{10}{l}{\footnotesize alignment: similarity (refined); 40 frames at"
+    )
+    assert " d = 0.606 m; half: " in " ".join(re.findall(r"footnotesize (.*)}", notes))
 
 
 def test_markdown_has_the_table_the_conditions_and_all_notes(run, tmp_path):

@@ -10,12 +10,12 @@ from bs4 import BeautifulSoup
 from experiments.config import ConfigError, load_sweep
 from experiments.grid import evaluations
 from studies.claims import (
+    check_cells,
     decide,
     draw,
-    needed_cells,
     plan,
+    plan_replicates,
     populations,
-    replicates,
     statements,
     verdict,
 )
@@ -43,7 +43,7 @@ def test_the_plan_holds_the_cells_and_metrics_of_every_claim_and_no_more():
 
 
 def test_replicates_differ_in_their_number_alone():
-    tables = replicates(CLAIMS, ["trials=7"], range(3))
+    tables = plan_replicates(CLAIMS, ["trials=7"], range(3))
     assert len(tables) == 3
     first, *_, last = tables
     assert {sweep.replicate for sweep in last} == {2}
@@ -63,7 +63,7 @@ def test_replicates_differ_in_their_number_alone():
 )
 def test_settings_that_leave_claims_undecided_are_refused(override, problem):
     with pytest.raises(ConfigError) as caught:
-        replicates(CLAIMS, [override], [0])
+        plan_replicates(CLAIMS, [override], [0])
     assert problem in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -88,7 +88,7 @@ def test_a_claim_needs_levels_to_compare(change, minimum):
     """Else it would have a verdict on nothing, after all trials."""
     name = "outliers-tas-discerns"
     with pytest.raises(ConfigError, match=f"'{name}' compares levels of .*, at least {minimum},"):
-        needed_cells(replace(CLAIMS.claims[name], **change), load_sweep(["experiment=outliers"]))
+        check_cells(replace(CLAIMS.claims[name], **change), load_sweep(["experiment=outliers"]))
 
 
 NUMBER = CLAIMS.claims["outliers-range-maa"]  # -74

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from studies.order import Order, Task, estimate, orders, trials_needed, within
+from studies.order import Order, Task, estimate, neighbouring_levels, orders, trials_needed
 
 
 def order(*levels):
@@ -42,7 +42,7 @@ def test_no_rising_rescaling_changes_the_order():
     for rescaled in (np.exp(values), values**3, -1 / np.exp(values)):
         assert order(*rescaled) == result
         table = table_of(ATE=values.ravel(), DTE=rescaled.ravel())
-        task = within(table, "sigma_t")
+        task = neighbouring_levels(table, "sigma_t")
         assert estimate(task.shares("ATE") - task.shares("DTE")) == Order(0, 0)
 
 
@@ -53,7 +53,7 @@ def test_the_error_of_an_order_is_its_scatter_from_study_to_study(paired):
     for _ in range(400):
         noise = rng.normal([[0], [1], [1.5]], size=(3, 100))
         other = noise + rng.normal(scale=0.5, size=noise.shape)
-        task = within(table_of(ATE=noise.ravel(), DTE=other.ravel()), "sigma_t")
+        task = neighbouring_levels(table_of(ATE=noise.ravel(), DTE=other.ravel()), "sigma_t")
         estimates.append(estimate(task.shares("ATE") - paired * task.shares("DTE")))
     scatter = np.std([each.probability for each in estimates])
     assert np.mean([each.error for each in estimates]) == pytest.approx(scatter, rel=0.1)
