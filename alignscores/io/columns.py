@@ -10,7 +10,7 @@ x, y, z or w, or ends in one, makes it a coordinate.
 - Rotation vector in radians: ``rx``, ``ry``, ``rz``, or with one of `VECTORS`. Matrix: ``r11`` to
   ``r33``.
 - Another quantity: with one of `OTHERS`, as in ``v_x`` or ``pos_std_x``.
-- Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``. If a column is called a stamp, no
+- Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``, ``ticks`` (of 100 ns). If a column is called a stamp, no
   other is a time; nor is a mere unit, if one is called a time. Seconds and a fraction are added.
 - Number of the frame: one of `NUMBERS`. Name of the image: one of `NAMES`.
 
@@ -25,6 +25,8 @@ import re
 from collections import defaultdict
 from collections.abc import Sequence
 from contextlib import suppress
+
+import numpy as np
 
 from ..files import FileError, is_number, to_number
 from .tables import COMMENTS, Table
@@ -62,7 +64,7 @@ NAME_THEM = (
     "name them, as in --columns 't x y z qx qy qz qw' or, for rotation vectors, "
     "'t rx ry rz x y z' (- skips one)"
 )
-COLUMNS = "t (t_s, t_ms, t_us, t_ns), n, name, x, y, z, qx, qy, qz, qw, rx, ry, rz, r11 to r33 or -"
+COLUMNS = "t (t_s, t_ms, t_us, t_ticks, t_ns), n, name, x, y, z, qx, qy, qz, qw, rx, ry, rz, r11 to r33 or -"
 
 Groups = dict[tuple[str, ...], list[tuple[str, list[int]]]]  # owner and columns, by part
 
@@ -71,6 +73,7 @@ TIMES = {"t", "ts", "time", "times", "stamp", "timestamp", "timestamps"}
 TIMES |= {"elapsed", "epoch", "utime", "gpstime", "rostime"}
 NUMBERS = {"n", "num", "number", "id", "idx", "index", "frame", "seq"}
 NAMES = {"name", "image", "img", "filename", "imagename", "file", "path", "label", "photo"}
+NAMES |= {"photoid"}
 OWNERS = {"gt", "groundtruth", "ground", "truth", "true", "ref", "reference"}
 OWNERS |= {"est", "estimate", "estimated", "pred", "predicted"}
 POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation"}
@@ -83,7 +86,7 @@ OTHERS |= {"deg", "degrees"}
 
 # Units of positions in metres, of times in seconds, and those without a factor.
 LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "feet": 0.3048}
-MINUTES = {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
+MINUTES = {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0, "days": 86400.0}
 UNITS = LENGTHS | MINUTES | dict.fromkeys(["s", "ms", "us", "ns", "rad", "deg"], 1.0)
 LETTERS = str.maketrans({'"': None, ";": ",", "µ": "u", "μ": "u", "°": "_deg"})
 
@@ -121,6 +124,8 @@ def _of_header(table: Table) -> list[str]:
         if {*re.findall("[a-z]+", " ".join(words))} <= UNITS.keys():
             units = words
             continue
+        if len(words) == width + 1 and not words[-1]:
+            words.pop()  # of a separator at the end
         if "-" not in map(_what, words[-width:]) and line.startswith(COMMENTS):
             words = words[-width:]  # behind a word such as "Format:"
         if len(units) == len(words):
@@ -177,7 +182,8 @@ def _words(header: str) -> list[str]:
     last_word = "(?<=[a-z]{2})(?=[A-Z][a-z]*(?![a-zA-Z]))"
     text = re.sub(last_word, "_", header.translate(LETTERS)).lower()
     text = re.sub("(?:(m)illi|(c)enti|(k)ilo)?met(?:er|re)s?", r"\1\2\3m", text)
-    text = re.sub(r"\s+(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
+    text = re.sub(r"100\s*ns", "ticks", text)
+    text = re.sub(r"(?<=\w)\s+(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
     return [word.strip() for word in text.split("," if "," in text else None)]
 
 
@@ -255,7 +261,11 @@ def _clocks(words: Sequence[str], names: Sequence[str]) -> list[list[int]]:
 
 
 def _by_width(table: Table) -> list[str]:
-    """Return the columns that a table usually has, if its first row agrees; none if unknown."""
+    """Return the columns that a table usually has, if its first row agrees; none if unknown.
+
+    A matrix that is not next to its translation, row by row, may be stored by columns: it is
+    refused.
+    """
     width, first = len(table.first), table.first
     if not is_number(first[0]):
         layouts = [names.split() for names in OF_NAMES if len(names.split()) == width]
@@ -266,9 +276,24 @@ def _by_width(table: Table) -> list[str]:
         layouts = [BY_WIDTH.get(width, tum).split(), tum.split()]
     for names in layouts:
         is_usual = width in (3, 4, 8) and names[0] != "name"
-        if len(names) <= width and (is_usual or _is_plausible(names, first)):
+        if names[0] == "t":
+            _refuse_block(table)
+        if len(names) <= width and (is_usual or not _deviation(names, first) > MAX_DEVIATION):
             return names
     return []
+
+
+def _refuse_block(table: Table) -> None:
+    """Raise an error where a rotation matrix stands before or behind a position."""
+    for start in range(5):
+        key = ["", "t", "n t"][start % 3].split()
+        pose = [*ROTATION, *POSITION] if start < 3 else [*POSITION, *ROTATION]
+        fields = table.first[start : start + 9]
+        is_wide = len(table.first) >= len(key + pose)
+        if is_wide and _deviation(ROTATION, fields) <= MAX_DEVIATION:
+            reason = f"columns {start + 1} to {start + 9} seem to be a rotation matrix"
+            remedy = f"name them, as in --columns '{' '.join([*key, *pose])}' if it is row by row"
+            raise FileError(table.path, f"{reason}; {remedy}")
 
 
 def _what(text: str, anyone: bool = False) -> str:
@@ -287,6 +312,8 @@ def _what(text: str, anyone: bool = False) -> str:
             return _coordinate(axis[2], {axis[1]} - {""}, others, anyone)
     last = words[-1]
     unit = re.fullmatch("(|m|milli|u|micro|n|nano)s(ec(ond)?s?)?", last)
+    if last == "ticks":
+        return "t_ticks"
     if TIMES & {*words} or (unit and last != "s"):  # sec, nsec
         return f"t_{unit[1].replace('micro', 'u')[:1]}s" if unit else "t"
     if last in NUMBERS:
@@ -319,10 +346,11 @@ def _complete(names: Sequence[str]) -> list[str]:
     return columns
 
 
-def _is_plausible(names: Sequence[str], fields: Sequence[str]) -> bool:
-    """Return whether a row has a rotation, or nan, where there should be one."""
+def _deviation(names: Sequence[str], fields: Sequence[str]) -> float:
+    """Return how far a row is from a rotation where there should be one; nan if it has nan."""
     row = dict(zip(names, fields, strict=False))
-    rotation, size = (QUATERNION, 1) if "qw" in row else (ROTATION, 3)
-    with suppress(ValueError):
-        return not abs(sum(to_number(row[name]) ** 2 for name in rotation) - size) > MAX_DEVIATION
-    return False
+    columns, shape = (QUATERNION, (1, 4)) if "qw" in row else (ROTATION, (3, 3))
+    with suppress(ValueError), np.errstate(all="ignore"):
+        part = np.reshape([to_number(row[name]) for name in columns], shape)
+        return float(np.abs(part @ part.T - np.eye(len(part))).max())
+    return np.inf

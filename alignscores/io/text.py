@@ -41,6 +41,8 @@ __all__ = [
     "read_tum",
 ]
 
+MAX_POSITION = 1e8  # metres from the origin; the centre of the earth is 6.4e6 away
+
 
 def read_tum(path: FilePath, *, columns: str | None = None) -> Trajectory:
     r"""Read a text table of poses, such as TUM's ``timestamp tx ty tz qx qy qz qw``.
@@ -51,8 +53,8 @@ def read_tum(path: FilePath, *, columns: str | None = None) -> Trajectory:
         The file. Fields are separated by commas or semicolons, otherwise by blanks or tabs. Blank
         lines, and what stands behind #, are left out.
     columns : str, optional
-        What the columns hold: ``t`` (``t_s``, ``t_ms``, ``t_us``, ``t_ns``; seconds and their
-        fraction are added), ``n`` (number of the frame), ``x y z``, ``qx qy qz qw``, ``rx ry rz``
+        What the columns hold: ``t`` (``t_s``, ``t_ms``, ``t_us``, ``t_ns``, ``t_ticks`` of 100 ns;
+        seconds and their fraction are added), ``n`` (number of the frame), ``x y z``, ``qx qy qz qw``, ``rx ry rz``
         (rotation vector in radians), ``r11`` to ``r33``, and ``-`` for others. By default a header
         names them, or their number shows it: 3 are ``x y z``, 4 ``t x y z``, 7
         ``x y z qx qy qz qw``, 8 or more ``t x y z qx qy qz qw``, 12 and 16 a matrix (13 and 17:
@@ -339,9 +341,9 @@ def _files_of_matrices(folder: Path) -> list[Path]:
 def _matrix(path: Path) -> Floats:
     table = open_table(path)
     values = table.numbers(range(len(table.first)))
-    if values.shape not in ((3, 4), (4, 4)):
+    if values.shape not in ((3, 4), (4, 4), (1, 12), (1, 16)):
         raise FileError(path, f"must hold a 4 x 4 matrix, not {len(values)} x {len(values.T)}")
-    return np.vstack([values, [0, 0, 0, 1]])[:4]
+    return np.vstack([values.reshape(-1, 4), [0, 0, 0, 1]])[:4]
 
 
 def _read_table(path: FilePath, columns: str | None, usual: str = "s") -> Trajectory:
@@ -359,7 +361,7 @@ def _read_table(path: FilePath, columns: str | None, usual: str = "s") -> Trajec
         warn(path, f"read {' '.join(used)}, {others}{by_header}")
     if "rx" in column and not columns:
         warn(path, "read rx ry rz as a rotation vector in radians; Euler angles are not read")
-    if not columns and not table.header:
+    if not columns:
         _refuse_others(values, column, table)
     keys = _keys(column, table.source, usual)
     return checked(keys, _poses(values, used, table.source), table.source)
@@ -388,6 +390,9 @@ def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> N
     if is_small and np.abs(block @ block.T - np.eye(3)).max() < MAX_DEVIATION:
         reason = "seems to have a matrix in several lines; write each in one, of 12 or 16 numbers"
         raise FileError(table.path, f"{reason}, or give a folder of files with one each")
+    if n_columns == 3 and abs(np.median(column["x"])) > MAX_POSITION:
+        reason = f"x is near {np.median(column['x']):.4g}, as time stamps are"
+        raise FileError(table.path, f"{reason}; write t x y z, or name the columns by --columns")
     z = column["z"][np.isfinite(column["z"])]
     jump = np.abs(np.diff(z)).max(initial=0)
     for turn in (2 * np.pi, 360) if n_columns <= 4 else ():

@@ -23,10 +23,14 @@ MAX_DUPLICATES = 0.1  # share of the poses; more duplicates are an error
 MIN_RUN = 10  # poses of a run; where stamps jump back more often, the rows are not in order
 BLOCK = 1 << 14  # rows that are converted at once, which the cache of a processor holds
 
-TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # in a second
+TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ticks": 1e7, "ns": 1e9}  # in a second
 MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
-MAX_ELAPSED = 1e14  # nanoseconds, a day or so; larger time stamps are not counted from a start
-NANOSECOND_STEP = 5e5  # stamps since a start that differ by more are in nanoseconds
+# Stamps below a size that differ by a step or more are nanoseconds since a start: up to a day, or
+# up to three years, where such steps would be 20 s and more in microseconds since 1970.
+NANOSECOND_STEPS = {1e14: 5e5, 1e17: 2e7}
+# Seconds from the start of ticks of 100 ns to 1970: none, 1601 (Windows), the year 1 (.NET).
+EPOCHS = 0.0, 11_644_473_600.0, 62_135_596_800.0
+TODAY = 6e8, 3.5e9  # seconds since 1970, from 1989 to 2080
 
 
 class TrajectoryWarning(UserWarning):
@@ -259,9 +263,13 @@ def time_unit(stamps: Floats) -> str:
     in_order = bool((stamps[1:] > stamps[:-1]).all())
     size = abs(float(stamps[len(stamps) // 2])) if in_order else float(np.median(np.abs(stamps)))
     steps = np.diff(stamps if in_order else np.unique(stamps))
-    if size < MAX_ELAPSED and len(steps) > 0 and np.median(steps) >= NANOSECOND_STEP:
+    step = float(np.median(steps)) if len(steps) else 0.0
+    if any(size < largest and step >= smallest for largest, smallest in NANOSECOND_STEPS.items()):
         return "ns"
-    units = (unit for unit, factor in TIME_UNITS.items() if size < MAX_SECONDS * factor)
+    since_1970 = (size / TIME_UNITS["ticks"] - epoch for epoch in EPOCHS)
+    if any(TODAY[0] < seconds < TODAY[1] for seconds in since_1970):
+        return "ticks"
+    units = (unit for unit in ("s", "ms", "us") if size < MAX_SECONDS * TIME_UNITS[unit])
     return next(units, "ns")
 
 
@@ -269,7 +277,8 @@ def in_seconds(stamps: Floats, path: FilePath, usual: str = "s") -> Floats:
     """Return time stamps in seconds; warn where their size shows a unit that is not usual."""
     unit = time_unit(stamps)
     if unit not in ("s", usual):
-        warn(path, f"time stamps in {unit}, as their size shows")
+        of_100_ns = " of 100 ns" * (unit == "ticks")
+        warn(path, f"time stamps in {unit}{of_100_ns}, as their size shows")
     return stamps / TIME_UNITS[unit]
 
 
