@@ -23,7 +23,14 @@ from ..files import (
 from .text import format_of_table, read_hloc
 from .trajectory import Trajectory, checked, inverse_poses, poses_from_quaternions
 
-__all__ = ["has_model", "is_images", "is_model", "read_colmap", "read_colmap_models", "read_rig_frames"]
+__all__ = [
+    "has_model",
+    "is_images",
+    "is_model",
+    "read_colmap",
+    "read_colmap_models",
+    "read_rig_frames",
+]
 
 Images = list[tuple[str, tuple[float, ...], int]]  # names, qw qx qy qz tx ty tz, and IMAGE_IDs
 

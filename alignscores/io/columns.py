@@ -10,8 +10,9 @@ x, y, z or w, or ends in one, makes it a coordinate.
 - Rotation vector in radians: ``rx``, ``ry``, ``rz``, or with one of `VECTORS`. Matrix: ``r11`` to
   ``r33``.
 - Another quantity: with one of `OTHERS`, as in ``v_x`` or ``pos_std_x``.
-- Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``, ``ticks`` (of 100 ns). If a column is called a stamp, no
-  other is a time; nor is a mere unit, if one is called a time. Seconds and a fraction are added.
+- Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``, ``ticks`` (of 100 ns). If a column is
+  called a stamp, no other is a time; nor is a mere unit, if one is called a time. Seconds and a
+  fraction are added.
 - Number of the frame: one of `NUMBERS`. Name of the image: one of `NAMES`.
 
 One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
@@ -64,7 +65,10 @@ NAME_THEM = (
     "name them, as in --columns 't x y z qx qy qz qw' or, for rotation vectors, "
     "'t rx ry rz x y z' (- skips one)"
 )
-COLUMNS = "t (t_s, t_ms, t_us, t_ticks, t_ns), n, name, x, y, z, qx, qy, qz, qw, rx, ry, rz, r11 to r33 or -"
+COLUMNS = (
+    "t (t_s, t_ms, t_us, t_ticks, t_ns), n, name, x, y, z, qx, qy, qz, qw, rx, ry, rz, r11 to r33 "
+    "or -"
+)
 
 Groups = dict[tuple[str, ...], list[tuple[str, list[int]]]]  # owner and columns, by part
 
@@ -86,6 +90,7 @@ OTHERS |= {"deg", "degrees"}
 
 # Units of positions in metres, of times in seconds, and those without a factor.
 LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "feet": 0.3048}
+LENGTHS |= {"inch": 0.0254, "inches": 0.0254}
 MINUTES = {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0, "days": 86400.0}
 UNITS = LENGTHS | MINUTES | dict.fromkeys(["s", "ms", "us", "ns", "rad", "deg"], 1.0)
 LETTERS = str.maketrans({'"': None, ";": ",", "µ": "u", "μ": "u", "°": "_deg"})

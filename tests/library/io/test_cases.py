@@ -5,6 +5,7 @@ The reports are named; data and wording are ours.
 
 import json
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -191,6 +192,9 @@ def test_latitudes_and_longitudes_are_recognised(write, swapped, height, unit):
     assert len(read_tum(path, columns="t x y z").keys) == N
     for offset in ([48.98, 8.39, 112], [450_000, 5_400_000, 100]):
         assert len(read_tum(write(table(STAMPS, POSITIONS + offset))).keys) == N
+    named = table(STAMPS, degrees, z, by=",", header="t,x,y,z")
+    with pytest.raises(FileError, match="seems to have latitudes and longitudes"):
+        read_tum(write(named))
     still = [0.5, 0.3, 0.2] + POSITIONS / 1e4
     assert len(read_tum(write(table(STAMPS, still))).keys) == N
 
@@ -219,6 +223,62 @@ def test_matrices_in_several_lines_are_named(write, rows):
         read_tum(write(blocks))
     with pytest.raises(FileError, match="must be 0 0 0 1, unlike the last column: transpose it"):
         read_tum(write(table(matrices.transpose(0, 2, 1).reshape(N, 16))))
+
+
+@pytest.mark.parametrize("rotations", [ROTATIONS, Rotation.from_rotvec(0 * POSITIONS)])
+def test_matrices_in_other_orders_are_refused_with_the_columns(write, rotations):
+    """A rotation before or behind a position is no 3 x 4 matrix, and no quaternion."""
+    matrix, more = rotations.as_matrix().reshape(N, 9), np.ones((N, 2))
+    order = " ".join(f"r{i}{j}" for i in "123" for j in "123")
+    for parts, names in (
+        ([matrix, POSITIONS], f"{order} x y z"),
+        ([POSITIONS, matrix], f"x y z {order}"),
+        ([STAMPS, matrix, POSITIONS], f"t {order} x y z"),
+        ([STAMPS, POSITIONS, matrix], f"t x y z {order}"),
+        ([STAMPS, matrix, POSITIONS, more], f"t {order} x y z"),
+        ([np.arange(N), STAMPS, matrix, POSITIONS], f"n t {order} x y z"),
+    ):
+        path = write(table(*parts))
+        message = rf"seem to be a rotation matrix; name them, as in --columns '{names}'"
+        with pytest.raises(FileError, match=message):
+            read_tum(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            trajectory = read_tum(path, columns=names)
+        np.testing.assert_allclose(trajectory.positions, POSITIONS, atol=1e-8)
+        np.testing.assert_allclose(trajectory.rotations, rotations.as_matrix(), atol=1e-7)
+    covariances = np.tile(np.eye(3).ravel(), (N, 1))
+    with pytest.warns(TrajectoryWarning, match="not the other 9 of 17 columns"):
+        same_poses(read_tum(write(table(STAMPS, POSITIONS, QUATERNIONS, covariances))))
+
+
+def test_stamps_before_planar_positions_are_no_positions(write):
+    path = write(table(STAMPS, POSITIONS[:, :2]))
+    with pytest.raises(FileError, match=r"x is near 1.7e\+09, as time stamps are; write t x y z"):
+        read_tum(path)
+    assert len(read_tum(path, columns="x y z").keys) == N
+
+
+@pytest.mark.parametrize("epoch", [0, 11_644_473_600, 62_135_596_800])
+def test_ticks_of_100_nanoseconds_are_recognised(write, epoch):
+    """HoloLens and Windows count them from 1601, .NET and Cartographer from the year 1."""
+    rows = table(POSITIONS, QUATERNIONS).splitlines()
+    ticks = (np.round(STAMPS * 10).astype(np.int64) + 10 * epoch) * 10**6
+    path = write([f"{stamp} {row}" for stamp, row in zip(ticks, rows, strict=True)])
+    with pytest.warns(TrajectoryWarning, match="time stamps in ticks of 100 ns, as their size"):
+        trajectory = read_tum(path)
+    same_poses(trajectory)
+    np.testing.assert_allclose(trajectory.keys, STAMPS + epoch, atol=1e-4)
+
+
+@pytest.mark.parametrize("start", [0, 171_234_567_890_123, 1_234_567_890_123_456])
+def test_nanoseconds_since_a_start_are_recognised(write, start):
+    """ARCore and ROS without a simulated clock: since a phone or a computer was switched on."""
+    rows = table(POSITIONS, QUATERNIONS).splitlines()
+    path = write([f"{start + 33_333_333 * number} {row}" for number, row in enumerate(rows)])
+    with pytest.warns(TrajectoryWarning, match="time stamps in ns, as their size shows"):
+        trajectory = read_tum(path)
+    np.testing.assert_allclose(trajectory.keys, start / 1e9 + np.arange(N) / 30, atol=1e-6)
 
 
 def world_to_camera():
@@ -258,6 +318,7 @@ def test_tables_of_image_names_are_read(write):
         named(POSITIONS, QUATERNIONS),
         named(matrices.reshape(N, 12)),
         named(w_first, POSITIONS, by=",", header=header),
+        named(w_first, POSITIONS, by=",", header=header.replace("image", "#PhotoID")),
     ):
         path = write(text)
         assert recognise(path) == "names"
@@ -388,6 +449,22 @@ def test_no_image_of_a_text_model_is_lost(tmp_path, name):
         read_colmap(tmp_path)
 
 
+@pytest.mark.parametrize("name", ["images.txt", "gt_images.txt"])
+def test_the_file_of_images_of_a_model_is_no_table(write, name):
+    """Its columns are named in a comment, but its poses are world-to-camera."""
+    header = "#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
+    path = write(header + images(points=[""]), name)
+    assert recognise(path) == "colmap"
+    trajectory = read_colmap(path)
+    assert trajectory.keys[0] == "0.png"
+    order = [int(key.removesuffix(".png")) for key in trajectory.keys]
+    np.testing.assert_allclose(trajectory.positions, POSITIONS[order], atol=1e-7)
+
+
+def test_a_binary_file_of_images_is_recognised(examples):
+    assert recognise(examples / "colmap/estimate/images.bin") == "colmap"
+
+
 @pytest.mark.parametrize(
     ("count", "reason"),
     [
@@ -443,6 +520,20 @@ def test_pose_graphs_of_g2o_are_read(write):
         read_g2o(write("VERTEX_SE2 0 1 2 3\n"))
 
 
+@pytest.mark.parametrize(
+    ("first", "name"),
+    [
+        ("Format Version,1.23,Take Name,a", "OptiTrack's Motive"),
+        ("NVM_V3", "VisualSFM's NVM"),
+        ("# Bundle file v0.3", "Bundler's bundle.out"),
+        ('<?xml version="1.0"?>', "XML, such as GPX or KML"),
+    ],
+)
+def test_files_of_other_programs_are_refused_by_name(write, first, name):
+    with pytest.raises(FileError, match=f"is .*{name}, which is not read; write a table 'time"):
+        recognise(write([first, "1 2 3 4"]))
+
+
 def test_submissions_to_the_image_matching_challenge_are_named(write):
     header = "dataset,scene,image,rotation_matrix,translation_vector"
     row = "phototourism,church,a.png,1;0;0;0;1;0;0;0;1,0.5;0.25;1"
@@ -459,6 +550,14 @@ def test_matrices_are_matched_by_number_not_by_the_order_of_names(tmp_path):
     trajectory = read_matrices(tmp_path)
     assert trajectory.keys.tolist() == list(range(12))
     assert np.flatnonzero(~np.isfinite(trajectory.positions[:, 0])).tolist() == [3]
+
+
+def test_matrices_may_be_in_one_line(tmp_path):
+    for number in range(4):
+        pose = np.eye(4)
+        pose[0, 3] = number
+        np.savetxt(tmp_path / f"{number}.txt", pose.reshape(1, -1))
+    assert read_matrices(tmp_path).positions[:, 0].tolist() == [0, 1, 2, 3]
 
 
 def test_quaternions_of_zeros_are_no_rotations(write):
