@@ -4,6 +4,7 @@ import re
 import struct
 from collections import Counter
 from contextlib import suppress
+from operator import itemgetter
 from os import SEEK_END
 from pathlib import Path
 from typing import Any
@@ -327,7 +328,7 @@ def _trajectory(path: FilePath, images: Images) -> Trajectory:
     """Return the trajectory of registered images, whose poses are world-to-camera."""
     if not images:
         raise FileError(path, "the model has no registered image")
-    names, poses, _ = zip(*sorted(images), strict=True)
+    names, poses, _ = zip(*sorted(images, key=itemgetter(0)), strict=True)
     quaternions, translations = np.split(np.array(poses), [4], axis=1)
     source = Source(path, lambda row: f"image {names[row]!r}")
     world_to_camera = poses_from_quaternions(translations, quaternions[:, [1, 2, 3, 0]], source)

@@ -35,8 +35,10 @@ from .trajectory import MAX_DEVIATION
 
 __all__ = [
     "FOUR_ROWS",
+    "NAME_THEM",
     "POSITION",
     "QUATERNION",
+    "TUM",
     "UNITS",
     "VECTOR",
     "name_columns",

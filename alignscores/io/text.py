@@ -10,7 +10,16 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats
 from ..files import FileError, FilePath, Source
-from .columns import FOUR_ROWS, POSITION, QUATERNION, UNITS, VECTOR, name_columns
+from .columns import (
+    FOUR_ROWS,
+    NAME_THEM,
+    POSITION,
+    QUATERNION,
+    TUM,
+    UNITS,
+    VECTOR,
+    name_columns,
+)
 from .tables import Table, open_table
 from .trajectory import (
     MAX_DEVIATION,
@@ -41,6 +50,11 @@ __all__ = [
     "read_tum",
 ]
 
+NO_QUATERNION = (
+    "; --columns names the columns, such as 't x y z' for only positions or 't qx qy qz qw x y z' "
+    "for another order; Euler angles are not read"
+)
+MIN_IN_ORDER = 0.9  # share of the stamps in a table of a guessed layout
 MAX_POSITION = 1e8  # metres from the origin; the centre of the earth is 6.4e6 away
 
 
@@ -377,6 +391,7 @@ def _converted(values: Floats, used: list[str], names: list[str], table: Table) 
     return values * [UNITS.get(unit, 1.0) for unit in units]
 
 
+@np.errstate(over="ignore")
 def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> None:
     """Raise an error where columns that nothing names seem to hold no positions.
 
@@ -387,6 +402,10 @@ def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> N
     but for a height that does.
     """
     block, n_columns = values[:3, :3], len(table.first)
+    is_guess = n_columns > len(TUM.split()) and not table.header and len(values) > 1
+    if is_guess and "t" in column and np.mean(np.diff(column["t"]) > 0) < MIN_IN_ORDER:
+        reason = f"has {n_columns} columns, and the first is no time: it is not in order"
+        raise FileError(table.path, f"{reason}; {NAME_THEM}")
     is_small = n_columns == 4 and block.shape == (3, 3) and (np.abs(block) < 2).all()
     if is_small and np.abs(block @ block.T - np.eye(3)).max() < MAX_DEVIATION:
         reason = "seems to have a matrix in several lines; write each in one, of 12 or 16 numbers"
@@ -452,7 +471,8 @@ def _keys(column: dict[str, Floats], source: Source, usual: str) -> NDArray[Any]
 def _poses(values: Floats, names: list[str], source: Source) -> Floats:
     positions = _part(values, names, POSITION)
     if "qw" in names:
-        return poses_from_quaternions(positions, _part(values, names, QUATERNION), source)
+        quaternions = _part(values, names, QUATERNION)
+        return poses_from_quaternions(positions, quaternions, source, NO_QUATERNION)
     if "rx" in names:
         return poses_from_vectors(positions, _part(values, names, VECTOR), source)
     if "r11" not in names:

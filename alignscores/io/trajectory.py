@@ -131,7 +131,10 @@ def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
 
 
 def _refuse_several_runs(stamps: Floats, source: Source) -> None:
-    """Raise an error where stamps jump back and cover the same time again."""
+    """Raise an error where stamps jump back and cover the same time again.
+
+    Both runs have several poses in this time; a pose that is out of order is no run.
+    """
     starts = np.concatenate([[0], np.flatnonzero(np.diff(stamps) < 0) + 1])
     ends = np.append(starts[1:], len(stamps)) - 1
     spans = stamps[ends] - stamps[starts]
@@ -139,7 +142,10 @@ def _refuse_several_runs(stamps: Floats, source: Source) -> None:
         return
     for run in range(1, len(starts)):
         first, last = stamps[starts[run - 1 : run + 1]], stamps[ends[run - 1 : run + 1]]
-        if last.min() - first.max() > spans[run - 1 : run + 1].min() / 2:
+        is_again = last.min() - first.max() > spans[run - 1 : run + 1].min() / 2
+        before = stamps[starts[run - 1] : starts[run]] >= first.max()
+        after = stamps[starts[run] : ends[run] + 1] <= last.min()
+        if is_again and min(before.sum(), after.sum()) >= MIN_RUN:
             jump = stamps[ends[run - 1]] - stamps[starts[run]]
             reason = (
                 f"the time stamps jump back by {jump:.6g} s: the file seems to hold several runs"
@@ -162,10 +168,13 @@ def poses_from_positions(positions: Floats) -> Floats:
     return poses
 
 
-def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Source) -> Floats:
+def poses_from_quaternions(
+    positions: Floats, quaternions: Floats, source: Source, remedy: str = ""
+) -> Floats:
     """Return poses (n, 4, 4); quaternions are x, y, z, w.
 
-    Quaternions of zeros are no rotations. If others are, the pose was not estimated.
+    Quaternions of zeros are no rotations. If others are, the pose was not estimated. The remedy is
+    said where they are no quaternions.
     """
     n = len(positions)
     poses, lengths = np.empty((n, 4, 4)), np.empty(n)
@@ -181,7 +190,7 @@ def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Sourc
         poses[rows, :3, :3] = rotations_from_quaternions(unit)
         poses[rows, :3, 3] = positions[rows]
     zero = lengths == 0
-    _check_quaternions(lengths, zero, source)
+    _check_quaternions(lengths, zero, source, remedy)
     if zero.all():
         warn(source.path, "all quaternions are zero, which are no rotations")
     elif zero.any():
@@ -191,19 +200,15 @@ def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Sourc
     return poses
 
 
-def _check_quaternions(lengths: Floats, zero: Booleans, source: Source) -> None:
+def _check_quaternions(lengths: Floats, zero: Booleans, source: Source, remedy: str) -> None:
     """Raise an error for a quaternion that is none, and warn of those that are rounded."""
     deviation = np.abs(lengths - ~zero)
     wrong = deviation > MAX_DEVIATION
     if wrong.any():
         row = int(np.argmax(wrong))
         also = f", nor {_n_others(int(wrong.sum()) - 1)}" if wrong.sum() > 1 else ""
-        raise source.error(
-            row,
-            f"a quaternion of length {lengths[row]:.3g} is not a rotation{also}; "
-            "--columns names the columns, such as 't x y z' for only positions or "
-            "'t qx qy qz qw x y z' for another order; Euler angles are not read",
-        )
+        reason = f"a quaternion of length {lengths[row]:.3g} is not a rotation{also}{remedy}"
+        raise source.error(row, reason)
     _warn_of(deviation, source, "has a quaternion that is not of unit length")
 
 
@@ -211,6 +216,7 @@ def _n_others(n: int) -> str:
     return "is 1 other" if n == 1 else f"are {n} others"
 
 
+@np.errstate(invalid="ignore", over="ignore")
 def poses_from_vectors(positions: Floats, vectors: Floats, source: Source) -> Floats:
     """Return poses (n, 4, 4) of rotation vectors (n, 3) in radians."""
     angles = np.linalg.norm(vectors, axis=1)

@@ -252,6 +252,18 @@ def test_matrices_in_other_orders_are_refused_with_the_columns(write, rotations)
         same_poses(read_tum(write(table(STAMPS, POSITIONS, QUATERNIONS, covariances))))
 
 
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
+def test_a_first_column_that_is_not_in_order_is_no_time(write):
+    """A matrix that lacks a number has a unit quaternion in its fifth to eighth columns, almost."""
+    small = Rotation.from_rotvec(0.02 * RNG.normal(size=(N, 3))).as_matrix()
+    matrices = np.concatenate([small, 0.1 * POSITIONS[:, :, None]], axis=2).reshape(N, 12)
+    matrices[:, 7] = 0
+    for width in (9, 11):
+        path = write(table(matrices[:, :width]))
+        with pytest.raises(FileError, match=f"has {width} columns, and the first is no time"):
+            read_tum(path)
+
+
 def test_stamps_before_planar_positions_are_no_positions(write):
     path = write(table(STAMPS, POSITIONS[:, :2]))
     with pytest.raises(FileError, match=r"x is near 1.7e\+09, as time stamps are; write t x y z"):
@@ -387,6 +399,9 @@ def test_two_runs_in_a_file_are_refused(write):
     assert len(read_tum(write(shuffled)).keys) == N
     maps = [*lines[25:], *lines[:25]]  # of one run, the second first
     assert len(read_tum(write(maps)).keys) == N
+    swapped = [*lines[:10], lines[35], *lines[11:35], lines[10], *lines[36:]]
+    for late in (swapped, [*lines, lines[5].replace(".5", ".45", 1)]):
+        assert len(read_tum(write(late)).keys) == len(late)
 
 
 def test_a_stamp_that_is_no_time_is_refused(write):
@@ -461,6 +476,17 @@ def test_the_file_of_images_of_a_model_is_no_table(write, name):
     np.testing.assert_allclose(trajectory.positions, POSITIONS[order], atol=1e-7)
 
 
+def test_the_first_of_two_images_of_a_name_counts(tmp_path):
+    lines = images(points=[""]).splitlines()
+    lines[74] = lines[74].replace("37.png", "2.png")
+    for text in (lines, [*lines[74:76], *lines[:74], *lines[76:]]):
+        (tmp_path / "images.txt").write_text("\n".join(text))
+        with pytest.warns(TrajectoryWarning, match="have the name|has the name"):
+            names, poses = read_colmap(tmp_path)
+        first = 2 if text is lines else 37
+        np.testing.assert_allclose(poses[names == "2.png"][0, :3, 3], POSITIONS[first], atol=1e-7)
+
+
 def test_a_binary_file_of_images_is_recognised(examples):
     assert recognise(examples / "colmap/estimate/images.bin") == "colmap"
 
@@ -514,6 +540,8 @@ def test_pose_graphs_of_g2o_are_read(write):
     trajectory = read_g2o(path)
     assert trajectory.keys.tolist() == list(range(N))
     same_poses(trajectory)
+    with pytest.raises(FileError, match=r"line 1: a quaternion of length 2 is not a rotation$"):
+        read_g2o(write("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 2\n"))
     with pytest.raises(FileError, match="line 41: must hold 'VERTEX_SE3:QUAT id x y z"):
         read_g2o(write([*vertices, "VERTEX_SE3:QUAT 1 2"]))
     with pytest.raises(FileError, match=r"is a pose graph of g2o without VERTEX_SE3:QUAT"):
