@@ -7,8 +7,8 @@ x, y, z or w, or ends in one, makes it a coordinate.
   ``pose.position.x``, ``tx_world_device``, ``x_gt``.
 - Quaternion: with one of `ORIENTATIONS`, as in ``qx``, ``ow``, ``q_RS_w []``, ``rotW``; all
   four. q0 to q3 are not read, since the first may be w or x.
-- Rotation vector in radians: ``rx``, ``ry``, ``rz``, or with one of `VECTORS`. Matrix: ``r11`` to
-  ``r33``.
+- Rotation vector in radians: ``rx``, ``ry``, ``rz`` without ``rw``, or with one of `VECTORS`.
+  Matrix: ``r11`` to ``r33``.
 - Another quantity: with one of `OTHERS`, as in ``v_x`` or ``pos_std_x``.
 - Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``, ``ticks`` (of 100 ns). If a column is
   called a stamp, no other is a time; nor is a mere unit, if one is called a time. Seconds and a
@@ -82,7 +82,7 @@ NAMES = {"name", "image", "img", "filename", "imagename", "file", "path", "label
 NAMES |= {"photoid"}
 OWNERS = {"gt", "groundtruth", "ground", "truth", "true", "ref", "reference"}
 OWNERS |= {"est", "estimate", "estimated", "pred", "predicted"}
-POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation"}
+POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation", "tvec", "loc", "location"}
 ORIENTATIONS = {"q", "o", "quat", "quaternion", "orientation", "rot", "rotation"}
 VECTORS = {"rvec", "rotvec", "rodrigues"}
 OTHERS = {"v", "vel", "velocity", "speed", "acc", "accel", "acceleration", "gyro", "angular", "w"}
@@ -114,7 +114,7 @@ def name_columns(table: Table, columns: str | None = None) -> list[str]:
 def parse_columns(text: str) -> list[str]:
     """Return the columns that ``--columns`` names; the error says which of them is wrong."""
     words = text.replace(",", " ").split()
-    names = [_what(word) for word in words]
+    names = _meanings(words)
     if wrong := [word for word, name in zip(words, names, strict=True) if name == "-" != word]:
         raise ValueError(f"unknown column {wrong[0][:40]!r}; use {COLUMNS}")
     used = [name for name in names if name != "-"]
@@ -137,7 +137,7 @@ def _of_header(table: Table) -> list[str]:
             words = words[-width:]  # behind a word such as "Format:"
         if len(units) == len(words):
             words = [f"{word} {unit}".strip() for word, unit in zip(words, units, strict=True)]
-        parts = [_what(word) for word in words]
+        parts = _meanings(words)
         names = _complete(parts)
         _check_owners(words, names, table)
         if "x" in names and len(names) <= width:
@@ -171,7 +171,7 @@ def _check_owners(words: Sequence[str], names: Sequence[str], table: Table) -> N
     """
     if any(name == "x" and not _owner(word) for name, word in zip(names, words, strict=True)):
         return
-    anyone = _complete([_what(word, anyone=True) for word in words])
+    anyone = _complete(_meanings(words, anyone=True))
     if anyone.count("x") > 1 and len(anyone) <= len(table.first):
         _unambiguous(words, anyone, table, anyone=True)
 
@@ -303,6 +303,13 @@ def _refuse_block(table: Table) -> None:
             raise FileError(table.path, f"{reason}; {remedy}")
 
 
+def _meanings(words: Sequence[str], anyone: bool = False) -> list[str]:
+    """Return what each column holds; rx, ry, rz with rw are a quaternion."""
+    names = [_what(word, anyone) for word in words]
+    vector = [] if "rw" not in names else [*VECTOR, "rw"]
+    return [f"q{name[1]}" if name in vector else name for name in names]
+
+
 def _what(text: str, anyone: bool = False) -> str:
     """Return what a column with this name holds, whose owner may be anyone."""
     words = re.findall(r"[a-z]+\d*", text.lower())
@@ -337,10 +344,10 @@ def _coordinate(axis: str, prefix: set[str], others: set[str], anyone: bool) -> 
         return "-"
     if qualifiers & ORIENTATIONS:
         return f"q{axis}"
+    if prefix == {"r"} or (qualifiers & VECTORS and axis != "w"):
+        return f"r{axis}"
     if axis == "w":
         return "-"
-    if qualifiers & VECTORS or prefix == {"r"}:
-        return f"r{axis}"
     return axis if anyone or qualifiers & {*POSITIONS, *OWNERS} or not qualifiers else "-"
 
 

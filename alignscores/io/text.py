@@ -410,9 +410,6 @@ def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> N
     if is_small and np.abs(block @ block.T - np.eye(3)).max() < MAX_DEVIATION:
         reason = "seems to have a matrix in several lines; write each in one, of 12 or 16 numbers"
         raise FileError(table.path, f"{reason}, or give a folder of files with one each")
-    if n_columns == 3 and abs(np.median(column["x"])) > MAX_POSITION:
-        reason = f"x is near {np.median(column['x']):.4g}, as time stamps are"
-        raise FileError(table.path, f"{reason}; write t x y z, or name the columns by --columns")
     z = column["z"][np.isfinite(column["z"])]
     jump = np.abs(np.diff(z)).max(initial=0)
     for turn in (2 * np.pi, 360) if n_columns <= 4 else ():
@@ -427,6 +424,11 @@ def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> N
     if len(positions) < 4:
         return
     middle = np.abs(np.median(positions, axis=0))
+    if middle.max() > MAX_POSITION:
+        reason = (
+            f"{'xyz'[middle.argmax()]} is near {middle.max():.4g}, which is no position in metres"
+        )
+        raise FileError(table.path, f"{reason}; --columns names the columns, such as 't x y z'")
     extent = np.ptp(positions, axis=0)
     wide, height = extent[:2].max(), extent[2]
     in_degrees = middle[:2].min() <= 90 and 5 < middle[:2].max() <= 180

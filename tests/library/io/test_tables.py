@@ -146,6 +146,8 @@ READ = {
         ",".join(["t", *(f"p_WS_W_{a}" for a in "xyz"), *(f"q_WS_{a}" for a in "xyzw"), "b_a_x"]),
         holds=TUM,
     ),
+    "rotations": made(NS, ",", "ts,tx,ty,tz,rx,ry,rz,rw", holds=TUM),
+    "locations": made("t_s x y z - - -", ",", "t,loc_x,loc_y,loc_z,pitch,yaw,roll"),
     "orientations": made(f"t_s {W}", ",", "t,x,y,z,ow,ox,oy,oz"),
     "w first by name": made(f"t_s {W}", named="t x y z qw qx qy qz"),
     "names with commas": made(f"t_s {W}", named="t,x,y,z,qw,qx,qy,qz"),
