@@ -23,6 +23,7 @@ from .columns import (
 from .tables import Table, open_table
 from .trajectory import (
     MAX_DEVIATION,
+    MIN_IN_ORDER,
     TIME_UNITS,
     Trajectory,
     check_stamps,
@@ -54,7 +55,6 @@ NO_QUATERNION = (
     "; --columns names the columns, such as 't x y z' for only positions or 't qx qy qz qw x y z' "
     "for another order; Euler angles are not read"
 )
-MIN_IN_ORDER = 0.9  # share of the stamps in a table of a guessed layout
 MAX_POSITION = 1e8  # metres from the origin; the centre of the earth is 6.4e6 away
 
 

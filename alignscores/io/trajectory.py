@@ -20,6 +20,7 @@ __all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
 MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that counts as rounding
 MAX_DEVIATION = 0.1  # deviation beyond which a quaternion or a matrix is refused
 MAX_DUPLICATES = 0.1  # share of the poses; more duplicates are an error
+MIN_IN_ORDER = 0.9  # share of the steps upwards in numbers that may be time stamps
 MIN_RUN = 10  # poses of a run; where stamps jump back more often, the rows are not in order
 BLOCK = 1 << 14  # rows that are converted at once, which the cache of a processor holds
 
