@@ -142,7 +142,11 @@ NOT_READ = {  # beginnings of files of other programs
     "# .PCD": "a point cloud",
     "ply": "a point cloud",
     "$G": "a log of NMEA sentences",
-    "<": "XML, such as GPX or KML",
+    "<?xml": "XML, such as GPX or KML",
+    "<gpx": "GPX",
+    "<!DOCTYPE": "a web page",
+    "version https://git-lfs": "a pointer of Git LFS to the file",
+    "Visual Landmark Dataset": "Cambridge Landmarks' list of images",
     "VERTEX3 ": "a pose graph of TORO",
 }
 
