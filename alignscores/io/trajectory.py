@@ -27,8 +27,8 @@ BLOCK = 1 << 14  # rows that are converted at once, which the cache of a process
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ticks": 1e7, "ns": 1e9}  # in a second
 MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
 # Stamps below a size that differ by a step or more are nanoseconds since a start: up to a day, or
-# up to three years, where such steps would be 20 s and more in microseconds since 1970.
-NANOSECOND_STEPS = {1e14: 5e5, 1e17: 2e7}
+# up to three years, where such steps would be 5 s and more in microseconds since 1970.
+NANOSECOND_STEPS = {1e14: 5e5, 1e17: 5e6}
 # Seconds from the start of ticks of 100 ns to 1970: none, 1601 (Windows), the year 1 (.NET).
 EPOCHS = 0.0, 11_644_473_600.0, 62_135_596_800.0
 TODAY = 6e8, 3.5e9  # seconds since 1970, from 1989 to 2080

@@ -284,13 +284,15 @@ def test_ticks_of_100_nanoseconds_are_recognised(write, epoch):
 
 
 @pytest.mark.parametrize("start", [0, 171_234_567_890_123, 1_234_567_890_123_456])
-def test_nanoseconds_since_a_start_are_recognised(write, start):
+@pytest.mark.parametrize("rate", [10, 30, 200])
+def test_nanoseconds_since_a_start_are_recognised(write, start, rate):
     """ARCore and ROS without a simulated clock: since a phone or a computer was switched on."""
     rows = table(POSITIONS, QUATERNIONS).splitlines()
-    path = write([f"{start + 33_333_333 * number} {row}" for number, row in enumerate(rows)])
+    step = 10**9 // rate
+    path = write([f"{start + step * number} {row}" for number, row in enumerate(rows)])
     with pytest.warns(TrajectoryWarning, match="time stamps in ns, as their size shows"):
         trajectory = read_tum(path)
-    np.testing.assert_allclose(trajectory.keys, start / 1e9 + np.arange(N) / 30, atol=1e-6)
+    np.testing.assert_allclose(trajectory.keys, start / 1e9 + np.arange(N) / rate, atol=1e-6)
 
 
 def world_to_camera():
