@@ -259,8 +259,8 @@ def read_matrices(path: FilePath) -> Trajectory:
     Returns
     -------
     Trajectory
-        The last numbers in the names of the files, or the names where these have none, and poses;
-        as of `read_kitti`.
+        The last numbers in the names of the files, or the names where one has none or a decimal
+        point, and poses; as of `read_kitti`.
 
     Raises
     ------
@@ -282,8 +282,9 @@ def read_matrices(path: FilePath) -> Trajectory:
     files = _files_of_matrices(Path(path))
     if not files:
         raise FileError(path, "is not a folder with matrices in .txt files")
-    names = [file.name.partition(".")[0] for file in files]
-    numbers = [int(digits[-1]) for name in names if (digits := re.findall(r"\d+", name))]
+    names = [re.sub(r"(\.pose)?\.txt$", "", file.name) for file in files]
+    digits = [re.findall(r"\d+", name) for name in names if "." not in name]  # no stamp 17.25
+    numbers = [int(of_name[-1]) for of_name in digits if of_name]
     keys = np.array(numbers if len({*numbers}) == len(files) else names)
     order = np.argsort(keys)
     files = [files[row] for row in order]

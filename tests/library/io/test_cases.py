@@ -582,6 +582,12 @@ def test_matrices_are_matched_by_number_not_by_the_order_of_names(tmp_path):
     assert np.flatnonzero(~np.isfinite(trajectory.positions[:, 0])).tolist() == [3]
 
 
+def test_matrices_of_time_stamps_are_matched_by_their_names(tmp_path):
+    for name in ("17.25", "17.5", "18.25"):
+        np.savetxt(tmp_path / f"{name}.txt", np.eye(4))
+    assert read_matrices(tmp_path).keys.tolist() == ["17.25", "17.5", "18.25"]
+
+
 def test_matrices_may_be_in_one_line(tmp_path):
     for number in range(4):
         pose = np.eye(4)
