@@ -142,7 +142,11 @@ def _read(path: FilePath, file: IO[bytes], n_bytes: int = -1) -> bytes:
 
 def _no_text(path: FilePath, content: bytes, position: int) -> FileError:
     if content.startswith(COMPRESSED):
-        return FileError(path, "is compressed; unpack it first")
+        return FileError(
+            path, "is compressed; unpack it first, or write an array of PyTorch as .npy"
+        )
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return FileError(path, "is UTF-16, as PowerShell's > writes it; save it as UTF-8")
     line = content.count(b"\n", 0, position) + 1
     return FileError(path, "is not text (UTF-8)", place=f"line {line}")
 

@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 
 from ..files import MAX_BYTES, FileError, FilePath, Source, read_bytes
 from ..texts import first_few
-from .trajectory import Trajectory, check_stamps, checked, in_seconds, poses_from_matrices
+from .trajectory import (
+    MIN_IN_ORDER,
+    Trajectory,
+    check_stamps,
+    checked,
+    in_seconds,
+    poses_from_matrices,
+    warn,
+)
 
 __all__ = ["read_arrays"]
 
@@ -36,8 +44,8 @@ def read_arrays(path: FilePath) -> Trajectory:
     ----------
     path : path
         A file ``.npy`` with the matrices; or one ``.npz`` with them and, as the only array of n
-        numbers, their time stamps in seconds, whatever the names. A first axis of length 1 more
-        is left out. Else as in `read_tum`.
+        numbers in order, their time stamps in seconds, whatever the names. A first axis of length
+        1 more is left out. Else as in `read_tum`.
 
     Returns
     -------
@@ -72,18 +80,29 @@ def read_arrays(path: FilePath) -> Trajectory:
     source = Source(path, lambda row: f"{candidates[0]}[{row}]")
     if n == 0:
         raise FileError(path, "has no poses")
-    times = [array for array in arrays.values() if array.shape == (n,)]
+    numbers = {name: array.load() for name, array in arrays.items() if array.shape == (n,)}
+    times = [values for values in numbers.values() if _are_in_order(values)]
     if len(times) > 1:
         raise FileError(path, f"has {len(times)} arrays of {n} numbers; leave the stamps")
+    if numbers and not times:
+        warn(path, f"{first_few(list(numbers))}: not in order, and not read as time stamps")
     matrices = arrays[candidates[0]].load().astype(np.float64, copy=False)
     poses = poses_from_matrices(matrices, source)
     if not times:
         return Trajectory(np.arange(n), poses)
-    stamps = times[0].load().astype(np.float64)
+    stamps = times[0].astype(np.float64)
     source.refuse(~np.isfinite(stamps), "the time stamp is not finite")
     seconds = in_seconds(stamps, path)
     check_stamps(seconds, source)
     return checked(seconds, poses, source)
+
+
+def _are_in_order(numbers: NDArray[Any]) -> bool:
+    """Return whether numbers rise, as time stamps do; confidences and focal lengths do not."""
+    finite = numbers[np.isfinite(numbers)]
+    if len(finite) < 2 or finite[0] >= finite[-1]:
+        return False
+    return bool(np.mean(finite[1:] >= finite[:-1]) >= MIN_IN_ORDER)
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,10 @@
 """COLMAP models: folders with text or binary files, and models of pycolmap in memory."""
 
+import re
 import struct
 from collections import Counter
 from contextlib import suppress
+from operator import itemgetter
 from os import SEEK_END
 from pathlib import Path
 from typing import Any
@@ -17,11 +19,19 @@ from ..files import (
     numbered_lines,
     open_file,
     read_bytes,
+    read_head,
 )
 from .text import format_of_table, read_hloc
 from .trajectory import Trajectory, checked, inverse_poses, poses_from_quaternions
 
-__all__ = ["has_model", "is_model", "read_colmap", "read_colmap_models", "read_rig_frames"]
+__all__ = [
+    "has_model",
+    "is_images",
+    "is_model",
+    "read_colmap",
+    "read_colmap_models",
+    "read_rig_frames",
+]
 
 Images = list[tuple[str, tuple[float, ...], int]]  # names, qw qx qy qz tx ty tz, and IMAGE_IDs
 
@@ -201,9 +211,16 @@ def _images(model: Path) -> Images:
     return _images_of_binary(file) if file.suffix == ".bin" else _images_of_text(file)
 
 
+def is_images(text: str) -> bool:
+    """Return whether a file that begins with this text has the images of a model."""
+    return bool(re.search("^# *IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ,", text, re.MULTILINE))
+
+
 def _read_file(path: Path) -> Trajectory:
-    if path.name in ("images.bin", "images.txt"):
-        return _trajectory(path.parent, _images(path.parent))
+    if path.name == "images.bin":
+        return _trajectory(path, _images_of_binary(path))
+    if path.name == "images.txt" or (path.suffix != ".bin" and is_images(read_head(path))):
+        return _trajectory(path, _images_of_text(path))
     with suppress(FileError):
         if format_of_table(path) == "hloc":
             return read_hloc(path)
@@ -311,7 +328,7 @@ def _trajectory(path: FilePath, images: Images) -> Trajectory:
     """Return the trajectory of registered images, whose poses are world-to-camera."""
     if not images:
         raise FileError(path, "the model has no registered image")
-    names, poses, _ = zip(*sorted(images), strict=True)
+    names, poses, _ = zip(*sorted(images, key=itemgetter(0)), strict=True)
     quaternions, translations = np.split(np.array(poses), [4], axis=1)
     source = Source(path, lambda row: f"image {names[row]!r}")
     world_to_camera = poses_from_quaternions(translations, quaternions[:, [1, 2, 3, 0]], source)

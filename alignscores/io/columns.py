@@ -7,11 +7,12 @@ x, y, z or w, or ends in one, makes it a coordinate.
   ``pose.position.x``, ``tx_world_device``, ``x_gt``.
 - Quaternion: with one of `ORIENTATIONS`, as in ``qx``, ``ow``, ``q_RS_w []``, ``rotW``; all
   four. q0 to q3 are not read, since the first may be w or x.
-- Rotation vector in radians: ``rx``, ``ry``, ``rz``, or with one of `VECTORS`. Matrix: ``r11`` to
-  ``r33``.
+- Rotation vector in radians: ``rx``, ``ry``, ``rz`` without ``rw``, or with one of `VECTORS`.
+  Matrix: ``r11`` to ``r33``.
 - Another quantity: with one of `OTHERS`, as in ``v_x`` or ``pos_std_x``.
-- Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``. If a column is called a stamp, no
-  other is a time; nor is a mere unit, if one is called a time. Seconds and a fraction are added.
+- Time: one of `TIMES` or a unit, as in ``time_ms``, ``sec``, ``ticks`` (of 100 ns). If a column is
+  called a stamp, no other is a time; nor is a mere unit, if one is called a time. Seconds and a
+  fraction are added.
 - Number of the frame: one of `NUMBERS`. Name of the image: one of `NAMES`.
 
 One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
@@ -26,14 +27,18 @@ from collections import defaultdict
 from collections.abc import Sequence
 from contextlib import suppress
 
+import numpy as np
+
 from ..files import FileError, is_number, to_number
 from .tables import COMMENTS, Table
 from .trajectory import MAX_DEVIATION
 
 __all__ = [
     "FOUR_ROWS",
+    "NAME_THEM",
     "POSITION",
     "QUATERNION",
+    "TUM",
     "UNITS",
     "VECTOR",
     "name_columns",
@@ -62,7 +67,10 @@ NAME_THEM = (
     "name them, as in --columns 't x y z qx qy qz qw' or, for rotation vectors, "
     "'t rx ry rz x y z' (- skips one)"
 )
-COLUMNS = "t (t_s, t_ms, t_us, t_ns), n, name, x, y, z, qx, qy, qz, qw, rx, ry, rz, r11 to r33 or -"
+COLUMNS = (
+    "t (t_s, t_ms, t_us, t_ticks, t_ns), n, name, x, y, z, qx, qy, qz, qw, rx, ry, rz, r11 to r33 "
+    "or -"
+)
 
 Groups = dict[tuple[str, ...], list[tuple[str, list[int]]]]  # owner and columns, by part
 
@@ -71,9 +79,10 @@ TIMES = {"t", "ts", "time", "times", "stamp", "timestamp", "timestamps"}
 TIMES |= {"elapsed", "epoch", "utime", "gpstime", "rostime"}
 NUMBERS = {"n", "num", "number", "id", "idx", "index", "frame", "seq"}
 NAMES = {"name", "image", "img", "filename", "imagename", "file", "path", "label", "photo"}
+NAMES |= {"photoid"}
 OWNERS = {"gt", "groundtruth", "ground", "truth", "true", "ref", "reference"}
 OWNERS |= {"est", "estimate", "estimated", "pred", "predicted"}
-POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation"}
+POSITIONS = {"t", "p", "pos", "pose", "position", "trans", "translation", "tvec", "loc", "location"}
 ORIENTATIONS = {"q", "o", "quat", "quaternion", "orientation", "rot", "rotation"}
 VECTORS = {"rvec", "rotvec", "rodrigues"}
 OTHERS = {"v", "vel", "velocity", "speed", "acc", "accel", "acceleration", "gyro", "angular", "w"}
@@ -83,7 +92,8 @@ OTHERS |= {"deg", "degrees"}
 
 # Units of positions in metres, of times in seconds, and those without a factor.
 LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "feet": 0.3048}
-MINUTES = {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
+LENGTHS |= {"inch": 0.0254, "inches": 0.0254}
+MINUTES = {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0, "days": 86400.0}
 UNITS = LENGTHS | MINUTES | dict.fromkeys(["s", "ms", "us", "ns", "rad", "deg"], 1.0)
 LETTERS = str.maketrans({'"': None, ";": ",", "µ": "u", "μ": "u", "°": "_deg"})
 
@@ -104,7 +114,7 @@ def name_columns(table: Table, columns: str | None = None) -> list[str]:
 def parse_columns(text: str) -> list[str]:
     """Return the columns that ``--columns`` names; the error says which of them is wrong."""
     words = text.replace(",", " ").split()
-    names = [_what(word) for word in words]
+    names = _meanings(words)
     if wrong := [word for word, name in zip(words, names, strict=True) if name == "-" != word]:
         raise ValueError(f"unknown column {wrong[0][:40]!r}; use {COLUMNS}")
     used = [name for name in names if name != "-"]
@@ -121,11 +131,13 @@ def _of_header(table: Table) -> list[str]:
         if {*re.findall("[a-z]+", " ".join(words))} <= UNITS.keys():
             units = words
             continue
+        if len(words) == width + 1 and not words[-1]:
+            words.pop()  # of a separator at the end
         if "-" not in map(_what, words[-width:]) and line.startswith(COMMENTS):
             words = words[-width:]  # behind a word such as "Format:"
         if len(units) == len(words):
             words = [f"{word} {unit}".strip() for word, unit in zip(words, units, strict=True)]
-        parts = [_what(word) for word in words]
+        parts = _meanings(words)
         names = _complete(parts)
         _check_owners(words, names, table)
         if "x" in names and len(names) <= width:
@@ -159,7 +171,7 @@ def _check_owners(words: Sequence[str], names: Sequence[str], table: Table) -> N
     """
     if any(name == "x" and not _owner(word) for name, word in zip(names, words, strict=True)):
         return
-    anyone = _complete([_what(word, anyone=True) for word in words])
+    anyone = _complete(_meanings(words, anyone=True))
     if anyone.count("x") > 1 and len(anyone) <= len(table.first):
         _unambiguous(words, anyone, table, anyone=True)
 
@@ -177,7 +189,8 @@ def _words(header: str) -> list[str]:
     last_word = "(?<=[a-z]{2})(?=[A-Z][a-z]*(?![a-zA-Z]))"
     text = re.sub(last_word, "_", header.translate(LETTERS)).lower()
     text = re.sub("(?:(m)illi|(c)enti|(k)ilo)?met(?:er|re)s?", r"\1\2\3m", text)
-    text = re.sub(r"\s+(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
+    text = re.sub(r"100\s*ns", "ticks", text)
+    text = re.sub(r"(?<=\w)\s+(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
     return [word.strip() for word in text.split("," if "," in text else None)]
 
 
@@ -255,7 +268,11 @@ def _clocks(words: Sequence[str], names: Sequence[str]) -> list[list[int]]:
 
 
 def _by_width(table: Table) -> list[str]:
-    """Return the columns that a table usually has, if its first row agrees; none if unknown."""
+    """Return the columns that a table usually has, if its first row agrees; none if unknown.
+
+    A matrix that is not next to its translation, row by row, may be stored by columns: it is
+    refused.
+    """
     width, first = len(table.first), table.first
     if not is_number(first[0]):
         layouts = [names.split() for names in OF_NAMES if len(names.split()) == width]
@@ -266,9 +283,31 @@ def _by_width(table: Table) -> list[str]:
         layouts = [BY_WIDTH.get(width, tum).split(), tum.split()]
     for names in layouts:
         is_usual = width in (3, 4, 8) and names[0] != "name"
-        if len(names) <= width and (is_usual or _is_plausible(names, first)):
+        if names[0] == "t":
+            _refuse_block(table)
+        if len(names) <= width and (is_usual or not _deviation(names, first) > MAX_DEVIATION):
             return names
     return []
+
+
+def _refuse_block(table: Table) -> None:
+    """Raise an error where a rotation matrix stands before or behind a position."""
+    for start in range(5):
+        key = ["", "t", "n t"][start % 3].split()
+        pose = [*ROTATION, *POSITION] if start < 3 else [*POSITION, *ROTATION]
+        fields = table.first[start : start + 9]
+        is_wide = len(table.first) >= len(key + pose)
+        if is_wide and _deviation(ROTATION, fields) <= MAX_DEVIATION:
+            reason = f"columns {start + 1} to {start + 9} seem to be a rotation matrix"
+            remedy = f"name them, as in --columns '{' '.join([*key, *pose])}' if it is row by row"
+            raise FileError(table.path, f"{reason}; {remedy}")
+
+
+def _meanings(words: Sequence[str], anyone: bool = False) -> list[str]:
+    """Return what each column holds; rx, ry, rz with rw are a quaternion."""
+    names = [_what(word, anyone) for word in words]
+    vector = [] if "rw" not in names else [*VECTOR, "rw"]
+    return [f"q{name[1]}" if name in vector else name for name in names]
 
 
 def _what(text: str, anyone: bool = False) -> str:
@@ -287,6 +326,8 @@ def _what(text: str, anyone: bool = False) -> str:
             return _coordinate(axis[2], {axis[1]} - {""}, others, anyone)
     last = words[-1]
     unit = re.fullmatch("(|m|milli|u|micro|n|nano)s(ec(ond)?s?)?", last)
+    if last == "ticks":
+        return "t_ticks"
     if TIMES & {*words} or (unit and last != "s"):  # sec, nsec
         return f"t_{unit[1].replace('micro', 'u')[:1]}s" if unit else "t"
     if last in NUMBERS:
@@ -303,10 +344,10 @@ def _coordinate(axis: str, prefix: set[str], others: set[str], anyone: bool) -> 
         return "-"
     if qualifiers & ORIENTATIONS:
         return f"q{axis}"
+    if prefix == {"r"} or (qualifiers & VECTORS and axis != "w"):
+        return f"r{axis}"
     if axis == "w":
         return "-"
-    if qualifiers & VECTORS or prefix == {"r"}:
-        return f"r{axis}"
     return axis if anyone or qualifiers & {*POSITIONS, *OWNERS} or not qualifiers else "-"
 
 
@@ -319,10 +360,11 @@ def _complete(names: Sequence[str]) -> list[str]:
     return columns
 
 
-def _is_plausible(names: Sequence[str], fields: Sequence[str]) -> bool:
-    """Return whether a row has a rotation, or nan, where there should be one."""
+def _deviation(names: Sequence[str], fields: Sequence[str]) -> float:
+    """Return how far a row is from a rotation where there should be one; nan if it has nan."""
     row = dict(zip(names, fields, strict=False))
-    rotation, size = (QUATERNION, 1) if "qw" in row else (ROTATION, 3)
-    with suppress(ValueError):
-        return not abs(sum(to_number(row[name]) ** 2 for name in rotation) - size) > MAX_DEVIATION
-    return False
+    columns, shape = (QUATERNION, (1, 4)) if "qw" in row else (ROTATION, (3, 3))
+    with suppress(ValueError), np.errstate(all="ignore"):
+        part = np.reshape([to_number(row[name]) for name in columns], shape)
+        return float(np.abs(part @ part.T - np.eye(len(part))).max())
+    return np.inf

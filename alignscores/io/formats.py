@@ -7,7 +7,7 @@ from pathlib import Path
 from ..files import FileError, FilePath, read_head
 from .arrays import read_arrays
 from .bags import read_bag
-from .colmap import has_model, read_colmap, read_colmap_models
+from .colmap import has_model, is_images, read_colmap, read_colmap_models
 from .g2o import is_g2o, read_g2o
 from .scenes import is_json, is_opensfm, read_nerf, read_opensfm, read_opensfm_models
 from .text import (
@@ -84,9 +84,11 @@ FORMATS = {
         ordered=False,
     ),
     "colmap": Format(
-        "folders of COLMAP models, such as sparse/0, matched by image name",
+        "folders of COLMAP models, such as sparse/0, or their images.*, matched by image name",
         read_colmap,
+        suffixes=(".bin",),
         is_folder=has_model,
+        begins=is_images,
         inverted=True,
         unit="units",
         ordered=False,
@@ -134,6 +136,24 @@ FORMATS = {
     ),
 }
 
+NOT_READ = {  # beginnings of files of other programs
+    "Format Version,": "an export of OptiTrack's Motive",
+    "Segments": "an export of Vicon's Nexus",
+    "NO_OF_FRAMES": "an export of Qualisys",
+    "# Bundle file": "Bundler's bundle.out",
+    "drews 1.0": "MVE's synth_0.out",
+    "NVM_V3": "VisualSFM's NVM",
+    "# .PCD": "a point cloud",
+    "ply": "a point cloud",
+    "$G": "a log of NMEA sentences",
+    "<?xml": "XML, such as GPX or KML",
+    "<gpx": "GPX",
+    "<!DOCTYPE": "a web page",
+    "version https://git-lfs": "a pointer of Git LFS to the file",
+    "Visual Landmark Dataset": "Cambridge Landmarks' list of images",
+    "VERTEX3 ": "a pose graph of TORO",
+}
+
 
 def recognise(path: FilePath, columns: str | None = None) -> str:
     """Return the format of a file or a folder; the error says why none is recognised.
@@ -154,4 +174,7 @@ def recognise(path: FilePath, columns: str | None = None) -> str:
     for name, file_format in FORMATS.items():
         if file_format.begins and file_format.begins(text):
             return name
+    if not columns and (other := next(filter(text.startswith, NOT_READ), "")):
+        remedy = "write a table 'timestamp x y z qx qy qz qw'"
+        raise FileError(path, f"is {NOT_READ[other]}, which is not read; {remedy}")
     return format_of_table(path, columns)

@@ -19,7 +19,7 @@ from ..files import FileError, FilePath, Source, is_number, numbered_lines, read
 __all__ = ["COMMENTS", "Table", "open_table"]
 
 COMMENTS = ("#", "%", "//")
-MISSING = {"", "na", "none", "null", "nan(ind)", "-nan(ind)", "nan(snan)", "-nan(snan)"}
+MISSING = {"", "na", "n/a", "none", "null", "nan(ind)", "-nan(ind)", "nan(snan)", "-nan(snan)"}
 MICROSOFT = re.compile(r"([+-]?)1\.#(IND|QNAN|SNAN|INF)\d*", re.IGNORECASE)
 
 

@@ -10,10 +10,20 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats
 from ..files import FileError, FilePath, Source
-from .columns import FOUR_ROWS, POSITION, QUATERNION, UNITS, VECTOR, name_columns
+from .columns import (
+    FOUR_ROWS,
+    NAME_THEM,
+    POSITION,
+    QUATERNION,
+    TUM,
+    UNITS,
+    VECTOR,
+    name_columns,
+)
 from .tables import Table, open_table
 from .trajectory import (
     MAX_DEVIATION,
+    MIN_IN_ORDER,
     TIME_UNITS,
     Trajectory,
     check_stamps,
@@ -41,6 +51,12 @@ __all__ = [
     "read_tum",
 ]
 
+NO_QUATERNION = (
+    "; --columns names the columns, such as 't x y z' for only positions or 't qx qy qz qw x y z' "
+    "for another order; Euler angles are not read"
+)
+MAX_POSITION = 1e8  # metres from the origin; the centre of the earth is 6.4e6 away
+
 
 def read_tum(path: FilePath, *, columns: str | None = None) -> Trajectory:
     r"""Read a text table of poses, such as TUM's ``timestamp tx ty tz qx qy qz qw``.
@@ -51,9 +67,10 @@ def read_tum(path: FilePath, *, columns: str | None = None) -> Trajectory:
         The file. Fields are separated by commas or semicolons, otherwise by blanks or tabs. Blank
         lines, and what stands behind #, are left out.
     columns : str, optional
-        What the columns hold: ``t`` (``t_s``, ``t_ms``, ``t_us``, ``t_ns``; seconds and their
-        fraction are added), ``n`` (number of the frame), ``x y z``, ``qx qy qz qw``, ``rx ry rz``
-        (rotation vector in radians), ``r11`` to ``r33``, and ``-`` for others. By default a header
+        What the columns hold: ``t`` (``t_s``, ``t_ms``, ``t_us``, ``t_ns``, ``t_ticks`` of 100 ns;
+        seconds and their fraction are added), ``n`` (number of the frame), ``x y z``,
+        ``qx qy qz qw``, ``rx ry rz`` (rotation vector in radians), ``r11`` to ``r33``, and ``-``
+        for others. By default a header
         names them, or their number shows it: 3 are ``x y z``, 4 ``t x y z``, 7
         ``x y z qx qy qz qw``, 8 or more ``t x y z qx qy qz qw``, 12 and 16 a matrix (13 and 17:
         with a number).
@@ -242,8 +259,8 @@ def read_matrices(path: FilePath) -> Trajectory:
     Returns
     -------
     Trajectory
-        The last numbers in the names of the files, or the names where these have none, and poses;
-        as of `read_kitti`.
+        The last numbers in the names of the files, or the names where one has none or a decimal
+        point, and poses; as of `read_kitti`.
 
     Raises
     ------
@@ -265,8 +282,9 @@ def read_matrices(path: FilePath) -> Trajectory:
     files = _files_of_matrices(Path(path))
     if not files:
         raise FileError(path, "is not a folder with matrices in .txt files")
-    names = [file.name.partition(".")[0] for file in files]
-    numbers = [int(digits[-1]) for name in names if (digits := re.findall(r"\d+", name))]
+    names = [re.sub(r"(\.pose)?\.txt$", "", file.name) for file in files]
+    digits = [re.findall(r"\d+", name) for name in names if "." not in name]  # no stamp 17.25
+    numbers = [int(of_name[-1]) for of_name in digits if of_name]
     keys = np.array(numbers if len({*numbers}) == len(files) else names)
     order = np.argsort(keys)
     files = [files[row] for row in order]
@@ -339,9 +357,9 @@ def _files_of_matrices(folder: Path) -> list[Path]:
 def _matrix(path: Path) -> Floats:
     table = open_table(path)
     values = table.numbers(range(len(table.first)))
-    if values.shape not in ((3, 4), (4, 4)):
+    if values.shape not in ((3, 4), (4, 4), (1, 12), (1, 16)):
         raise FileError(path, f"must hold a 4 x 4 matrix, not {len(values)} x {len(values.T)}")
-    return np.vstack([values, [0, 0, 0, 1]])[:4]
+    return np.vstack([values.reshape(-1, 4), [0, 0, 0, 1]])[:4]
 
 
 def _read_table(path: FilePath, columns: str | None, usual: str = "s") -> Trajectory:
@@ -359,7 +377,7 @@ def _read_table(path: FilePath, columns: str | None, usual: str = "s") -> Trajec
         warn(path, f"read {' '.join(used)}, {others}{by_header}")
     if "rx" in column and not columns:
         warn(path, "read rx ry rz as a rotation vector in radians; Euler angles are not read")
-    if not columns and not table.header:
+    if not columns:
         _refuse_others(values, column, table)
     keys = _keys(column, table.source, usual)
     return checked(keys, _poses(values, used, table.source), table.source)
@@ -374,6 +392,7 @@ def _converted(values: Floats, used: list[str], names: list[str], table: Table) 
     return values * [UNITS.get(unit, 1.0) for unit in units]
 
 
+@np.errstate(over="ignore")
 def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> None:
     """Raise an error where columns that nothing names seem to hold no positions.
 
@@ -384,6 +403,10 @@ def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> N
     but for a height that does.
     """
     block, n_columns = values[:3, :3], len(table.first)
+    is_guess = n_columns > len(TUM.split()) and not table.header and len(values) > 1
+    if is_guess and "t" in column and np.mean(np.diff(column["t"]) > 0) < MIN_IN_ORDER:
+        reason = f"has {n_columns} columns, and the first is no time: it is not in order"
+        raise FileError(table.path, f"{reason}; {NAME_THEM}")
     is_small = n_columns == 4 and block.shape == (3, 3) and (np.abs(block) < 2).all()
     if is_small and np.abs(block @ block.T - np.eye(3)).max() < MAX_DEVIATION:
         reason = "seems to have a matrix in several lines; write each in one, of 12 or 16 numbers"
@@ -402,6 +425,11 @@ def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> N
     if len(positions) < 4:
         return
     middle = np.abs(np.median(positions, axis=0))
+    if middle.max() > MAX_POSITION:
+        reason = (
+            f"{'xyz'[middle.argmax()]} is near {middle.max():.4g}, which is no position in metres"
+        )
+        raise FileError(table.path, f"{reason}; --columns names the columns, such as 't x y z'")
     extent = np.ptp(positions, axis=0)
     wide, height = extent[:2].max(), extent[2]
     in_degrees = middle[:2].min() <= 90 and 5 < middle[:2].max() <= 180
@@ -446,7 +474,8 @@ def _keys(column: dict[str, Floats], source: Source, usual: str) -> NDArray[Any]
 def _poses(values: Floats, names: list[str], source: Source) -> Floats:
     positions = _part(values, names, POSITION)
     if "qw" in names:
-        return poses_from_quaternions(positions, _part(values, names, QUATERNION), source)
+        quaternions = _part(values, names, QUATERNION)
+        return poses_from_quaternions(positions, quaternions, source, NO_QUATERNION)
     if "rx" in names:
         return poses_from_vectors(positions, _part(values, names, VECTOR), source)
     if "r11" not in names:

@@ -20,13 +20,18 @@ __all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
 MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that counts as rounding
 MAX_DEVIATION = 0.1  # deviation beyond which a quaternion or a matrix is refused
 MAX_DUPLICATES = 0.1  # share of the poses; more duplicates are an error
+MIN_IN_ORDER = 0.9  # share of the steps upwards in numbers that may be time stamps
 MIN_RUN = 10  # poses of a run; where stamps jump back more often, the rows are not in order
 BLOCK = 1 << 14  # rows that are converted at once, which the cache of a processor holds
 
-TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}  # in a second
+TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ticks": 1e7, "ns": 1e9}  # in a second
 MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
-MAX_ELAPSED = 1e14  # nanoseconds, a day or so; larger time stamps are not counted from a start
-NANOSECOND_STEP = 5e5  # stamps since a start that differ by more are in nanoseconds
+# Stamps below a size that differ by a step or more are nanoseconds since a start: up to a day, or
+# up to three years, where such steps would be 5 s and more in microseconds since 1970.
+NANOSECOND_STEPS = {1e14: 5e5, 1e17: 5e6}
+# Seconds from the start of ticks of 100 ns to 1970: none, 1601 (Windows), the year 1 (.NET).
+EPOCHS = 0.0, 11_644_473_600.0, 62_135_596_800.0
+TODAY = 6e8, 3.5e9  # seconds since 1970, from 1989 to 2080
 
 
 class TrajectoryWarning(UserWarning):
@@ -127,7 +132,10 @@ def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
 
 
 def _refuse_several_runs(stamps: Floats, source: Source) -> None:
-    """Raise an error where stamps jump back and cover the same time again."""
+    """Raise an error where stamps jump back and cover the same time again.
+
+    Both runs have several poses in this time; a pose that is out of order is no run.
+    """
     starts = np.concatenate([[0], np.flatnonzero(np.diff(stamps) < 0) + 1])
     ends = np.append(starts[1:], len(stamps)) - 1
     spans = stamps[ends] - stamps[starts]
@@ -135,7 +143,10 @@ def _refuse_several_runs(stamps: Floats, source: Source) -> None:
         return
     for run in range(1, len(starts)):
         first, last = stamps[starts[run - 1 : run + 1]], stamps[ends[run - 1 : run + 1]]
-        if last.min() - first.max() > spans[run - 1 : run + 1].min() / 2:
+        is_again = last.min() - first.max() > spans[run - 1 : run + 1].min() / 2
+        before = stamps[starts[run - 1] : starts[run]] >= first.max()
+        after = stamps[starts[run] : ends[run] + 1] <= last.min()
+        if is_again and min(before.sum(), after.sum()) >= MIN_RUN:
             jump = stamps[ends[run - 1]] - stamps[starts[run]]
             reason = (
                 f"the time stamps jump back by {jump:.6g} s: the file seems to hold several runs"
@@ -158,10 +169,13 @@ def poses_from_positions(positions: Floats) -> Floats:
     return poses
 
 
-def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Source) -> Floats:
+def poses_from_quaternions(
+    positions: Floats, quaternions: Floats, source: Source, remedy: str = ""
+) -> Floats:
     """Return poses (n, 4, 4); quaternions are x, y, z, w.
 
-    Quaternions of zeros are no rotations. If others are, the pose was not estimated.
+    Quaternions of zeros are no rotations. If others are, the pose was not estimated. The remedy is
+    said where they are no quaternions.
     """
     n = len(positions)
     poses, lengths = np.empty((n, 4, 4)), np.empty(n)
@@ -177,7 +191,7 @@ def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Sourc
         poses[rows, :3, :3] = rotations_from_quaternions(unit)
         poses[rows, :3, 3] = positions[rows]
     zero = lengths == 0
-    _check_quaternions(lengths, zero, source)
+    _check_quaternions(lengths, zero, source, remedy)
     if zero.all():
         warn(source.path, "all quaternions are zero, which are no rotations")
     elif zero.any():
@@ -187,19 +201,15 @@ def poses_from_quaternions(positions: Floats, quaternions: Floats, source: Sourc
     return poses
 
 
-def _check_quaternions(lengths: Floats, zero: Booleans, source: Source) -> None:
+def _check_quaternions(lengths: Floats, zero: Booleans, source: Source, remedy: str) -> None:
     """Raise an error for a quaternion that is none, and warn of those that are rounded."""
     deviation = np.abs(lengths - ~zero)
     wrong = deviation > MAX_DEVIATION
     if wrong.any():
         row = int(np.argmax(wrong))
         also = f", nor {_n_others(int(wrong.sum()) - 1)}" if wrong.sum() > 1 else ""
-        raise source.error(
-            row,
-            f"a quaternion of length {lengths[row]:.3g} is not a rotation{also}; "
-            "--columns names the columns, such as 't x y z' for only positions or "
-            "'t qx qy qz qw x y z' for another order; Euler angles are not read",
-        )
+        reason = f"a quaternion of length {lengths[row]:.3g} is not a rotation{also}{remedy}"
+        raise source.error(row, reason)
     _warn_of(deviation, source, "has a quaternion that is not of unit length")
 
 
@@ -207,6 +217,7 @@ def _n_others(n: int) -> str:
     return "is 1 other" if n == 1 else f"are {n} others"
 
 
+@np.errstate(invalid="ignore", over="ignore")
 def poses_from_vectors(positions: Floats, vectors: Floats, source: Source) -> Floats:
     """Return poses (n, 4, 4) of rotation vectors (n, 3) in radians."""
     angles = np.linalg.norm(vectors, axis=1)
@@ -259,9 +270,13 @@ def time_unit(stamps: Floats) -> str:
     in_order = bool((stamps[1:] > stamps[:-1]).all())
     size = abs(float(stamps[len(stamps) // 2])) if in_order else float(np.median(np.abs(stamps)))
     steps = np.diff(stamps if in_order else np.unique(stamps))
-    if size < MAX_ELAPSED and len(steps) > 0 and np.median(steps) >= NANOSECOND_STEP:
+    step = float(np.median(steps)) if len(steps) else 0.0
+    if any(size < largest and step >= smallest for largest, smallest in NANOSECOND_STEPS.items()):
         return "ns"
-    units = (unit for unit, factor in TIME_UNITS.items() if size < MAX_SECONDS * factor)
+    since_1970 = (size / TIME_UNITS["ticks"] - epoch for epoch in EPOCHS)
+    if any(TODAY[0] < seconds < TODAY[1] for seconds in since_1970):
+        return "ticks"
+    units = (unit for unit in ("s", "ms", "us") if size < MAX_SECONDS * TIME_UNITS[unit])
     return next(units, "ns")
 
 
@@ -269,7 +284,8 @@ def in_seconds(stamps: Floats, path: FilePath, usual: str = "s") -> Floats:
     """Return time stamps in seconds; warn where their size shows a unit that is not usual."""
     unit = time_unit(stamps)
     if unit not in ("s", usual):
-        warn(path, f"time stamps in {unit}, as their size shows")
+        of_100_ns = " of 100 ns" * (unit == "ticks")
+        warn(path, f"time stamps in {unit}{of_100_ns}, as their size shows")
     return stamps / TIME_UNITS[unit]
 
 

@@ -5,6 +5,7 @@ The reports are named; data and wording are ours.
 
 import json
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -191,6 +192,9 @@ def test_latitudes_and_longitudes_are_recognised(write, swapped, height, unit):
     assert len(read_tum(path, columns="t x y z").keys) == N
     for offset in ([48.98, 8.39, 112], [450_000, 5_400_000, 100]):
         assert len(read_tum(write(table(STAMPS, POSITIONS + offset))).keys) == N
+    named = table(STAMPS, degrees, z, by=",", header="t,x,y,z")
+    with pytest.raises(FileError, match="seems to have latitudes and longitudes"):
+        read_tum(write(named))
     still = [0.5, 0.3, 0.2] + POSITIONS / 1e4
     assert len(read_tum(write(table(STAMPS, still))).keys) == N
 
@@ -219,6 +223,76 @@ def test_matrices_in_several_lines_are_named(write, rows):
         read_tum(write(blocks))
     with pytest.raises(FileError, match="must be 0 0 0 1, unlike the last column: transpose it"):
         read_tum(write(table(matrices.transpose(0, 2, 1).reshape(N, 16))))
+
+
+@pytest.mark.parametrize("rotations", [ROTATIONS, Rotation.from_rotvec(0 * POSITIONS)])
+def test_matrices_in_other_orders_are_refused_with_the_columns(write, rotations):
+    """A rotation before or behind a position is no 3 x 4 matrix, and no quaternion."""
+    matrix, more = rotations.as_matrix().reshape(N, 9), np.ones((N, 2))
+    order = " ".join(f"r{i}{j}" for i in "123" for j in "123")
+    for parts, names in (
+        ([matrix, POSITIONS], f"{order} x y z"),
+        ([POSITIONS, matrix], f"x y z {order}"),
+        ([STAMPS, matrix, POSITIONS], f"t {order} x y z"),
+        ([STAMPS, POSITIONS, matrix], f"t x y z {order}"),
+        ([STAMPS, matrix, POSITIONS, more], f"t {order} x y z"),
+        ([np.arange(N), STAMPS, matrix, POSITIONS], f"n t {order} x y z"),
+    ):
+        path = write(table(*parts))
+        message = rf"seem to be a rotation matrix; name them, as in --columns '{names}'"
+        with pytest.raises(FileError, match=message):
+            read_tum(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            trajectory = read_tum(path, columns=names)
+        np.testing.assert_allclose(trajectory.positions, POSITIONS, atol=1e-8)
+        np.testing.assert_allclose(trajectory.rotations, rotations.as_matrix(), atol=1e-7)
+    covariances = np.tile(np.eye(3).ravel(), (N, 1))
+    with pytest.warns(TrajectoryWarning, match="not the other 9 of 17 columns"):
+        same_poses(read_tum(write(table(STAMPS, POSITIONS, QUATERNIONS, covariances))))
+
+
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
+def test_a_first_column_that_is_not_in_order_is_no_time(write):
+    """A matrix that lacks a number has a unit quaternion in its fifth to eighth columns, almost."""
+    small = Rotation.from_rotvec(0.02 * RNG.normal(size=(N, 3))).as_matrix()
+    matrices = np.concatenate([small, 0.1 * POSITIONS[:, :, None]], axis=2).reshape(N, 12)
+    matrices[:, 7] = 0
+    for width in (9, 11):
+        path = write(table(matrices[:, :width]))
+        with pytest.raises(FileError, match=f"has {width} columns, and the first is no time"):
+            read_tum(path)
+
+
+def test_stamps_before_planar_positions_are_no_positions(write):
+    path = write(table(STAMPS, POSITIONS[:, :2]))
+    with pytest.raises(FileError, match=r"x is near 1.7e\+09, which is no position in metres; --"):
+        read_tum(path)
+    assert len(read_tum(path, columns="x y z").keys) == N
+
+
+@pytest.mark.parametrize("epoch", [0, 11_644_473_600, 62_135_596_800])
+def test_ticks_of_100_nanoseconds_are_recognised(write, epoch):
+    """HoloLens and Windows count them from 1601, .NET and Cartographer from the year 1."""
+    rows = table(POSITIONS, QUATERNIONS).splitlines()
+    ticks = (np.round(STAMPS * 10).astype(np.int64) + 10 * epoch) * 10**6
+    path = write([f"{stamp} {row}" for stamp, row in zip(ticks, rows, strict=True)])
+    with pytest.warns(TrajectoryWarning, match="time stamps in ticks of 100 ns, as their size"):
+        trajectory = read_tum(path)
+    same_poses(trajectory)
+    np.testing.assert_allclose(trajectory.keys, STAMPS + epoch, atol=1e-4)
+
+
+@pytest.mark.parametrize("start", [0, 171_234_567_890_123, 1_234_567_890_123_456])
+@pytest.mark.parametrize("rate", [10, 30, 200])
+def test_nanoseconds_since_a_start_are_recognised(write, start, rate):
+    """ARCore and ROS without a simulated clock: since a phone or a computer was switched on."""
+    rows = table(POSITIONS, QUATERNIONS).splitlines()
+    step = 10**9 // rate
+    path = write([f"{start + step * number} {row}" for number, row in enumerate(rows)])
+    with pytest.warns(TrajectoryWarning, match="time stamps in ns, as their size shows"):
+        trajectory = read_tum(path)
+    np.testing.assert_allclose(trajectory.keys, start / 1e9 + np.arange(N) / rate, atol=1e-6)
 
 
 def world_to_camera():
@@ -258,6 +332,7 @@ def test_tables_of_image_names_are_read(write):
         named(POSITIONS, QUATERNIONS),
         named(matrices.reshape(N, 12)),
         named(w_first, POSITIONS, by=",", header=header),
+        named(w_first, POSITIONS, by=",", header=header.replace("image", "#PhotoID")),
     ):
         path = write(text)
         assert recognise(path) == "names"
@@ -326,6 +401,9 @@ def test_two_runs_in_a_file_are_refused(write):
     assert len(read_tum(write(shuffled)).keys) == N
     maps = [*lines[25:], *lines[:25]]  # of one run, the second first
     assert len(read_tum(write(maps)).keys) == N
+    swapped = [*lines[:10], lines[35], *lines[11:35], lines[10], *lines[36:]]
+    for late in (swapped, [*lines, lines[5].replace(".5", ".45", 1)]):
+        assert len(read_tum(write(late)).keys) == len(late)
 
 
 def test_a_stamp_that_is_no_time_is_refused(write):
@@ -388,6 +466,33 @@ def test_no_image_of_a_text_model_is_lost(tmp_path, name):
         read_colmap(tmp_path)
 
 
+@pytest.mark.parametrize("name", ["images.txt", "gt_images.txt"])
+def test_the_file_of_images_of_a_model_is_no_table(write, name):
+    """Its columns are named in a comment, but its poses are world-to-camera."""
+    header = "#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
+    path = write(header + images(points=[""]), name)
+    assert recognise(path) == "colmap"
+    trajectory = read_colmap(path)
+    assert trajectory.keys[0] == "0.png"
+    order = [int(key.removesuffix(".png")) for key in trajectory.keys]
+    np.testing.assert_allclose(trajectory.positions, POSITIONS[order], atol=1e-7)
+
+
+def test_the_first_of_two_images_of_a_name_counts(tmp_path):
+    lines = images(points=[""]).splitlines()
+    lines[74] = lines[74].replace("37.png", "2.png")
+    for text in (lines, [*lines[74:76], *lines[:74], *lines[76:]]):
+        (tmp_path / "images.txt").write_text("\n".join(text))
+        with pytest.warns(TrajectoryWarning, match="have the name|has the name"):
+            names, poses = read_colmap(tmp_path)
+        first = 2 if text is lines else 37
+        np.testing.assert_allclose(poses[names == "2.png"][0, :3, 3], POSITIONS[first], atol=1e-7)
+
+
+def test_a_binary_file_of_images_is_recognised(examples):
+    assert recognise(examples / "colmap/estimate/images.bin") == "colmap"
+
+
 @pytest.mark.parametrize(
     ("count", "reason"),
     [
@@ -437,10 +542,26 @@ def test_pose_graphs_of_g2o_are_read(write):
     trajectory = read_g2o(path)
     assert trajectory.keys.tolist() == list(range(N))
     same_poses(trajectory)
+    with pytest.raises(FileError, match=r"line 1: a quaternion of length 2 is not a rotation$"):
+        read_g2o(write("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 2\n"))
     with pytest.raises(FileError, match="line 41: must hold 'VERTEX_SE3:QUAT id x y z"):
         read_g2o(write([*vertices, "VERTEX_SE3:QUAT 1 2"]))
     with pytest.raises(FileError, match=r"is a pose graph of g2o without VERTEX_SE3:QUAT"):
         read_g2o(write("VERTEX_SE2 0 1 2 3\n"))
+
+
+@pytest.mark.parametrize(
+    ("first", "name"),
+    [
+        ("Format Version,1.23,Take Name,a", "OptiTrack's Motive"),
+        ("NVM_V3", "VisualSFM's NVM"),
+        ("# Bundle file v0.3", "Bundler's bundle.out"),
+        ('<?xml version="1.0"?>', "XML, such as GPX or KML"),
+    ],
+)
+def test_files_of_other_programs_are_refused_by_name(write, first, name):
+    with pytest.raises(FileError, match=f"is .*{name}, which is not read; write a table 'time"):
+        recognise(write([first, "1 2 3 4"]))
 
 
 def test_submissions_to_the_image_matching_challenge_are_named(write):
@@ -459,6 +580,20 @@ def test_matrices_are_matched_by_number_not_by_the_order_of_names(tmp_path):
     trajectory = read_matrices(tmp_path)
     assert trajectory.keys.tolist() == list(range(12))
     assert np.flatnonzero(~np.isfinite(trajectory.positions[:, 0])).tolist() == [3]
+
+
+def test_matrices_of_time_stamps_are_matched_by_their_names(tmp_path):
+    for name in ("17.25", "17.5", "18.25"):
+        np.savetxt(tmp_path / f"{name}.txt", np.eye(4))
+    assert read_matrices(tmp_path).keys.tolist() == ["17.25", "17.5", "18.25"]
+
+
+def test_matrices_may_be_in_one_line(tmp_path):
+    for number in range(4):
+        pose = np.eye(4)
+        pose[0, 3] = number
+        np.savetxt(tmp_path / f"{number}.txt", pose.reshape(1, -1))
+    assert read_matrices(tmp_path).positions[:, 0].tolist() == [0, 1, 2, 3]
 
 
 def test_quaternions_of_zeros_are_no_rotations(write):

@@ -257,7 +257,7 @@ ONE_ARRAY = r"must have one array of numbers, \(n, 4, 4\) or \(n, 3, 4\); it has
         ({}, rf": {ONE_ARRAY}none"),
         ({"p": POSES + 1}, r", p\[0\]: the last row of the matrix must be 0 0 0 1"),
         ({"p": POSES[:0]}, ": has no poses"),
-        ({"p": POSES, "t": np.zeros(3), "u": np.ones(3)}, ": has 2 arrays of 3 numbers; leave"),
+        ({"p": POSES, "t": np.arange(3), "u": np.arange(3)}, ": has 2 arrays of 3 numbers; leave"),
         ({"p": POSES, "t": np.array([0, np.inf, 1])}, r", p\[1\]: the time stamp is not finite"),
         ({"p": POSES, "q": POSES}, rf": {ONE_ARRAY}p \(3, 4, 4\), q \(3, 4, 4\)"),
         ({"p": np.full((3, 4, 4), "a")}, rf": {ONE_ARRAY}none"),
@@ -270,6 +270,23 @@ def test_arrays_that_are_no_trajectory(tmp_path, arrays, reason):
     np.savez(path, **arrays)
     with pytest.raises(FileError, match=f"x.npz{reason}"):
         read_arrays(path)
+
+
+@pytest.mark.parametrize("numbers", [[0.9, 0.2, 0.7], [500.0] * 3])
+def test_confidences_and_focal_lengths_are_no_stamps(tmp_path, numbers):
+    """As networks save them next to poses."""
+    path = tmp_path / "x.npz"
+    np.savez(path, p=POSES, conf=numbers)
+    with pytest.warns(TrajectoryWarning, match="conf: not in order, and not read as time stamps"):
+        assert read_arrays(path).keys.tolist() == [0, 1, 2]
+    np.savez(path, p=POSES, conf=numbers, t=[5.0, 6.0, 7.0])
+    assert read_arrays(path).keys.tolist() == [5, 6, 7]
+
+
+def test_text_in_utf_16_is_said_to_be(write):
+    """As PowerShell writes it."""
+    with pytest.raises(FileError, match=r"est.txt: is UTF-16, as PowerShell's > writes it; save"):
+        read_tum(write("0 0 0 0 0 0 0 1\n".encode("utf-16")))
 
 
 def test_a_compressed_file_is_said_to_be_one(tmp_path):

@@ -18,11 +18,18 @@ VALUES = {
     **dict(zip(["qx", "qy", "qz", "qw"], Rotation.from_matrix(ROTATIONS).as_quat().T, strict=True)),
     **{f"r{i}{j}": ROTATIONS[:, i - 1, j - 1] for i in (1, 2, 3) for j in (1, 2, 3)},
     **{f"r4{j}": np.full(N, float(j == 4)) for j in (1, 2, 3, 4)},
-    **{f"t_{unit}": STAMPS * f for unit, f in (("s", 1), ("ms", 1e3), ("us", 1e6), ("ns", 1e9))},
+    **{
+        f"t_{unit}": STAMPS * factor
+        for unit, factor in zip(
+            ["s", "ms", "us", "ticks", "ns"], [1, 1e3, 1e6, 1e7, 1e9], strict=True
+        )
+    },
     "whole": np.floor(STAMPS),
     "rest_ns": (STAMPS % 1) * 1e9,
     "minutes": STAMPS / 60,
+    "days": [f"{stamp / 86400:.12f}" for stamp in STAMPS],
     **dict(zip(["x_mm", "y_mm", "z_mm"], POSITIONS.T * 1e3, strict=True)),
+    **dict(zip(["x_inch", "y_inch", "z_inch"], POSITIONS.T / 0.0254, strict=True)),
     "n": np.arange(N) * 3,
     "-": np.full(N, 0.25),
     "word": np.full(N, "map"),
@@ -111,12 +118,25 @@ READ = {
             ('"time (min)","Position X (mm)","Position Y (mm)","Position Z (mm)"', ","),
             ("Time,TX,TY,TZ\nmin,mm,mm,mm", ","),
             ("# t,x,y,z\n# [min],[mm],[mm],[mm]", ","),
+            ("# t x y z\n# [min] [mm] [mm] [mm]", " "),
         )
     },
     "millimetres by name": made("t_s x_mm y_mm z_mm", named="t x_mm y_mm z_mm", holds="t_s x y z"),
     "a clock before a duration": made(
         f"t_ms - {Q}", ",", "timeMs,track_ms,x,y,z,qx,qy,qz,qw", holds=f"t_ms {Q}"
     ),
+    "ticks": made(f"t_ticks {Q}"),
+    **{
+        f"ticks by a header: {name}": made(f"t_ticks {Q}", ",", f"{name},x,y,z,qx,qy,qz,qw")
+        for name in ("Ticks", "time [100 ns]", "timestamp_100ns")
+    },
+    "days and inches": made(
+        "days x_inch y_inch z_inch",
+        ",",
+        "time (days),x_inches,y (inch),z [inches]",
+        holds="t_s x y z",
+    ),
+    "separators at the ends": made(TUM, ";", "t;x;y;z;qx;qy;qz;qw;", end=";"),
     "a unit for a clock": made(f"t_us {Q}", ",", "unix_us,x,y,z,qx,qy,qz,qw"),
     "a word before the header": made(f"t_s {W}", header="# Format: time x y z qw qx qy qz"),
     "degrees are no vector": made("t_s x y z - - -", ",", "t,x[m],y[m],z[m],rx[deg],ry[°],rz_deg"),
@@ -126,6 +146,8 @@ READ = {
         ",".join(["t", *(f"p_WS_W_{a}" for a in "xyz"), *(f"q_WS_{a}" for a in "xyzw"), "b_a_x"]),
         holds=TUM,
     ),
+    "rotations": made(NS, ",", "ts,tx,ty,tz,rx,ry,rz,rw", holds=TUM),
+    "locations": made("t_s x y z - - -", ",", "t,loc_x,loc_y,loc_z,pitch,yaw,roll"),
     "orientations": made(f"t_s {W}", ",", "t,x,y,z,ow,ox,oy,oz"),
     "w first by name": made(f"t_s {W}", named="t x y z qw qx qy qz"),
     "names with commas": made(f"t_s {W}", named="t,x,y,z,qw,qx,qy,qz"),
