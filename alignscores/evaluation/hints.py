@@ -19,7 +19,8 @@ from ..arrays import Floats, Indices
 from ..averaging import project_to_rotation, rotation_angles
 from ..io import FAILURES, Trajectory, inverse_poses
 from ..io.columns import name_columns
-from ..io.tables import open_table
+from ..io.tables import Table, open_table
+from ..io.trajectory import TIME_UNITS
 from ..validation import finite_rows
 from .clock import find_clock
 from .conventions import (
@@ -56,7 +57,7 @@ MOTION_DEG = 30.0  # largest rotation from one frame to the next
 FEW, HALF = 0.1, 0.5  # of the motions of a reference, and of an estimate with outliers, are larger
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MAX_RATIO = 30  # of the durations of two files in the same unit
-TIME_FACTORS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns", 1e3: "us", 1e6: "ms"}  # the latter: read as ns
+TIME_FACTORS = 1e-3, 1e-6, 1e-9, 1e3, 1e6  # of stamps that were read in another unit
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
 MIRRORS = {  # and what they do
     "z negated": np.diag([1.0, 1.0, -1.0]),
@@ -249,10 +250,12 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
             for trajectory, factor in ((reference, of_ref), (estimate, of_est))
         )
         units = {
-            side: TIME_FACTORS[factor]
+            side: _unit(state, files, side, factor)
             for side, factor in ((REF, of_ref), (EST, of_est))
             if factor != 1
         }
+        if "" in units.values():
+            continue
         text = " and ".join(f"{unit} in {files.name(side)}" for side, unit in units.items())
         columns = {side: f"t_{unit}" for side, unit in units.items()}
         option = _columns(state, files, columns)
@@ -281,23 +284,45 @@ def _time_factors(stamps: Floats, differ: bool) -> list[float]:
     return [1.0, *(factor for factor in TIME_FACTORS if low <= step * factor <= high)]
 
 
+def _unit(state: _State, files: Files, side: str, factor: float) -> str:
+    """Return the unit of the stamps in a file that were read too small by a factor, if any.
+
+    They may have been taken for another one by their size.
+    """
+    keys = (state.reference if side == REF else state.estimate).keys
+    per_second = 1 / factor if factor < 1 else TIME_UNITS["ns"] / factor
+    table, names = _table(state, files, side)
+    if table and sum(name[0] == "t" for name in names) == 1:
+        column = [i for i, name in enumerate(names) if name[0] == "t"]
+        per_second = np.ptp(table.numbers(column)) / (np.ptp(keys) * factor)
+    units = (unit for unit, n in TIME_UNITS.items() if np.isclose(n, per_second, rtol=1e-3))
+    return next(units, "")
+
+
+def _table(state: _State, files: Files, side: str) -> tuple[Table | None, list[str]]:
+    """Return the text table of a side, and what its columns hold; None for other files."""
+    settings = state.settings
+    path, named, file_format = (
+        (files.ref_path, settings.columns_of_reference, settings.file_format)
+        if side == REF
+        else (files.est_path, settings.columns_of_estimates, settings.est_file_format)
+    )
+    with suppress(*FAILURES):
+        if path and file_format.tables and file_format.timed:
+            table = open_table(path)
+            return table, name_columns(table, named)
+    return None, []
+
+
 def _columns(state: _State, files: Files, names: dict[str, str]) -> str | None:
     """Return the options that change what columns hold; an empty string for other files.
 
     None where they hold that already. `names` has what stands for the time, the quaternion, or x
     and y, in the file of each side.
     """
-    settings, options = state.settings, {}
+    options = {}
     for side, name in names.items():
-        path, named, file_format = (
-            (files.ref_path, settings.columns_of_reference, settings.file_format)
-            if side == REF
-            else (files.est_path, settings.columns_of_estimates, settings.est_file_format)
-        )
-        columns, new = [], name.split()
-        with suppress(*FAILURES):
-            if path and file_format.tables and file_format.timed:
-                columns = name_columns(open_table(path), named)
+        (_, columns), new = _table(state, files, side), name.split()
         rows = [i for i, old in enumerate(columns) if old[0] in {word[0] for word in new}]
         if len(rows) != len(new):
             return ""
