@@ -409,6 +409,58 @@ def test_motions_are_named_among_lost_rows():
     assert "the rows of the estimate seem to be motions from frame to frame" in hint.text
 
 
+@pytest.mark.parametrize("inverse", [False, True])
+def test_motions_that_lead_away_from_their_row_are_multiplied_from_the_identity(inverse):
+    rng = np.random.default_rng(6)
+    _, truth = winding(rng)
+    estimate = disturbed(truth, rng)
+    right = evaluate(truth, estimate).pas
+    away = increments(estimate)[1:]
+    away = inverse_poses(away) if inverse else away
+    names = np.char.add("frame_", np.arange(1000, 1000 + len(truth)).astype(str))
+    for keys in (np.arange(len(truth)), names):
+        poses = Trajectory(keys, np.concatenate([away, np.eye(4)[None]]))
+        (hint,) = hints(Trajectory(keys, truth), poses)
+        factors = "the product of their inverses" if inverse else "their product"
+        assert hint.remedy == f"write {factors}, pose by pose, starting from the identity"
+        assert f"{right:.3f} corrected" in str(hint)
+    for pair in ((truth, away), (away, truth)):  # without a last row
+        with pytest.raises(ValueError, match=r"motions from frame .* starting from the identity"):
+            evaluate(*pair)
+
+
+def test_quaternions_of_poses_that_were_inverted_are_reordered_before_that(write):
+    """Of hloc's world-to-camera poses, whose positions are then wrong, too."""
+    rng = np.random.default_rng(12)
+    _, truth = winding(rng)
+    pair = truth[::9], disturbed(truth, rng)[::9]
+    files = []
+    for name, poses, shift in zip(("gt.txt", "est.txt"), pair, (1, 0), strict=True):
+        written = inverse_poses(poses)
+        quaternions = np.roll(Rotation.from_matrix(written[:, :3, :3]).as_quat(), shift, axis=1)
+        rows = np.column_stack([quaternions, written[:, :3, 3]]).tolist()
+        lines = [f"{i}.jpg {' '.join(map(str, row))}" for i, row in enumerate(rows)]
+        files.append(write(lines, name))
+    notes = evaluate(*files, format="hloc").notes
+    (hint,) = [str(note) for note in notes if note.kind in KINDS]
+    assert "the quaternions of est.txt seem to have w at the wrong end" in hint
+    assert f"{evaluate(*pair).pas:.3f} corrected" in hint
+
+
+def test_a_lever_arm_along_the_way_is_no_clock():
+    """Of positions only: at 1 m/s, 3 cm ahead are 30 ms early."""
+    rng = np.random.default_rng(13)
+    times = np.arange(0, 60, 0.05)
+    heading = 2 * np.sin(times / 4) + np.sin(times / 1.7)
+    speed = 1 + 0.3 * np.sin(times) + 0.3 * np.sin(times / 3)
+    way = np.transpose([np.cos(heading), np.sin(heading), 0 * heading])
+    truth = np.tile(np.eye(4), (len(times), 1, 1))
+    truth[:, :3, 3] = np.cumsum(0.05 * speed[:, None] * way, axis=0)
+    ahead = truth.copy()
+    ahead[:, :3, 3] += 0.03 * way + rng.normal(0, 0.002, (len(times), 3))
+    assert hints(Trajectory(times, truth), Trajectory(times, ahead)) == []
+
+
 def test_motions_are_named_where_their_product_is_noisy():
     rng = np.random.default_rng(6)
     _, truth = winding(rng)
