@@ -610,7 +610,8 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
             return
         sides = [EST if missing == 1 else REF]
     # The product of poses of a common frame can hide noise: both files must look like motions.
-    if _hardly_rotates(reference, FEW) and _hardly_rotates(estimate, HALF):
+    is_named = reference.keys.dtype.kind == "U"  # poses in no order, which only scoring matches
+    if not is_named and _hardly_rotates(reference, FEW) and _hardly_rotates(estimate, HALF):
         sides.append(BOTH)
     for side, inverse, leads_away in product(sides, (False, True), (False, True)):
         ref, est = (
@@ -621,7 +622,7 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
             est = _from_identity(est, reference)
         elif not state.scored and side == REF:
             ref = _from_identity(ref, estimate)
-        if _misfit(ref, est) > (now / 3 if state.scored else MAX_MISFIT):
+        if not is_named and _misfit(ref, est) > (now / 3 if state.scored else MAX_MISFIT):
             continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
         factors = "the product of their inverses" if inverse else "their product"
@@ -633,16 +634,9 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
 def _misfit(reference: Trajectory, estimate: Trajectory) -> float:
     """Return the misfit of some positions whose keys are the same, or the nearest stamps."""
     estimated = np.flatnonzero(finite_rows(estimate.poses))
-    if reference.keys.dtype.kind == "U":
-        _, nearest, of_est = np.intersect1d(
-            reference.keys, estimate.keys[estimated], return_indices=True
-        )
-        gt, est = reference.poses[nearest], estimate.poses[estimated[of_est]]
-        rows = finite_rows(gt)
-    else:
-        nearest, distance = nearest_stamps(reference.keys, estimate.keys[estimated])
-        gt, est = reference.poses[nearest], estimate.poses[estimated]
-        rows = finite_rows(gt) & (distance <= np.median(np.diff(reference.keys)) / 2)
+    nearest, distance = nearest_stamps(reference.keys, estimate.keys[estimated])
+    gt, est = reference.poses[nearest], estimate.poses[estimated]
+    rows = finite_rows(gt) & (distance <= np.median(np.diff(reference.keys)) / 2)
     if rows.sum() < MIN_CAMERAS:
         return np.inf
     rows = np.flatnonzero(rows)[np.linspace(0, rows.sum() - 1, min(SAMPLE, rows.sum())).astype(int)]
