@@ -34,7 +34,15 @@ from ..registration import pcr99
 from ..validation import finite_rows
 
 __all__ = ["BOTH", "EST", "MAX_MISFIT", "MIN_CAMERAS", "NEAR_DEG", "REF", "SAMPLE"]
-__all__ += ["W_FIRST", "W_LAST", "Convention", "corrected", "describe_rotation", "find_conventions"]
+__all__ += [
+    "W_FIRST",
+    "W_LAST",
+    "Convention",
+    "PositionFit",
+    "corrected",
+    "describe_rotation",
+    "find_conventions",
+]
 __all__ += ["fit_positions", "is_common", "rotate_cameras"]
 
 NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy

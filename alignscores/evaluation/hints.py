@@ -34,6 +34,7 @@ from .conventions import (
     REF,
     SAMPLE,
     Convention,
+    PositionFit,
     corrected,
     describe_rotation,
     find_conventions,
@@ -597,19 +598,20 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
     reference, estimate = state.reference, state.estimate
     if not state.has_rotations:
         return
-    now, sides = np.inf, []
+    now, sides = None, []
     if state.scored:
         rows = _sample(state.scored)
         if len(rows) < MIN_CAMERAS:
             return
-        now = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows]).misfit
-        sides = [EST, REF] if now > MAX_MISFIT else []
+        now = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows])
+        sides = [EST, REF] if now.misfit > MAX_MISFIT else []
     else:
         missing = len(reference.keys) - len(estimate.keys)  # n poses have n - 1 motions
         if abs(missing) != 1 or not reference.keys.dtype.kind == estimate.keys.dtype.kind == "i":
             return
         sides = [EST if missing == 1 else REF]
-    # The product of poses of a common frame can hide noise: both files must look like motions.
+    # The product of poses of a common frame can hide noise, which adds up: both files must look
+    # like motions, and errors must not grow.
     is_named = reference.keys.dtype.kind == "U"  # poses in no order, which only scoring matches
     if not is_named and _hardly_rotates(reference, FEW) and _hardly_rotates(estimate, HALF):
         sides.append(BOTH)
@@ -622,8 +624,12 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
             est = _from_identity(est, reference)
         elif not state.scored and side == REF:
             ref = _from_identity(ref, estimate)
-        if not is_named and _misfit(ref, est) > (now / 3 if state.scored else MAX_MISFIT):
-            continue
+        if not is_named:
+            fit = _fit(ref, est)
+            if fit.misfit > (now.misfit / 3 if now else MAX_MISFIT):
+                continue
+            if side == BOTH and now and fit.error > now.error:
+                continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
         factors = "the product of their inverses" if inverse else "their product"
         option = f"write {factors}, pose by pose"
@@ -631,16 +637,16 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
         yield _Remedy("increments", text, option, ref, est)
 
 
-def _misfit(reference: Trajectory, estimate: Trajectory) -> float:
-    """Return the misfit of some positions whose keys are the same, or the nearest stamps."""
+def _fit(reference: Trajectory, estimate: Trajectory) -> PositionFit:
+    """Return how well some positions fit whose keys are the same, or the nearest stamps."""
     estimated = np.flatnonzero(finite_rows(estimate.poses))
     nearest, distance = nearest_stamps(reference.keys, estimate.keys[estimated])
     gt, est = reference.poses[nearest], estimate.poses[estimated]
     rows = finite_rows(gt) & (distance <= np.median(np.diff(reference.keys)) / 2)
     if rows.sum() < MIN_CAMERAS:
-        return np.inf
+        return PositionFit(np.zeros((0, 3)))
     rows = np.flatnonzero(rows)[np.linspace(0, rows.sum() - 1, min(SAMPLE, rows.sum())).astype(int)]
-    return fit_positions(gt[rows], est[rows]).misfit
+    return fit_positions(gt[rows], est[rows])
 
 
 def _from_identity(products: Trajectory, other: Trajectory) -> Trajectory:

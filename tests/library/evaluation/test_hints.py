@@ -320,6 +320,18 @@ def test_an_estimate_in_millimetres_is_named_where_the_scale_counts():
     assert "the positions of the estimate seem to be in mm" in hint.text
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_noisy_cameras_that_look_ahead_are_no_motions(seed):
+    """Their product would hide the noise, which adds up."""
+    rng = np.random.default_rng(seed)
+    _, truth = winding(rng)
+    truth[:, :3, :3] = Rotation.from_rotvec(0.1 * truth[:, :3, 3]).as_matrix()
+    estimate = truth.copy()
+    estimate[:, :3, 3] += rng.normal(0, 0.3, (len(truth), 3))
+    pair = (truth[::3], estimate[::3]) if seed % 2 else (truth, estimate)
+    assert hints(*pair, unit=0.5) == []
+
+
 @pytest.mark.parametrize("sigma", [0.05, 0.1, 0.2])
 def test_noisy_positions_far_from_the_origin_are_no_motions(sigma):
     """Their product would hide the noise: steps are as long as the origin is far."""
