@@ -74,6 +74,7 @@ class Convention:
     side: str = ""  # the file that has it: REF, EST, BOTH
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
     is_ambiguous: bool = False  # whether the other file may as well be the one
+    inverted: Collection[str] = ()  # files that were inverted when they were read, after a mistake
 
 
 def find_conventions(
@@ -111,12 +112,14 @@ def find_conventions(
     conventions: dict[str, Convention] = {}
     for fit in better:
         is_none = rotation_angles(fit.body[None])[0] <= NEAR_DEG
+        mistake, side = fit.pair.mistake, fit.pair.side
         is_ambiguous = any(
-            {other.side, fit.side} == {EST, REF} and np.allclose(other.body, fit.body, atol=1e-6)
+            {other.pair.side, side} == {EST, REF} and np.allclose(other.body, fit.body, atol=1e-6)
             for other in better
         )
         body = None if is_none else fit.body
-        conventions.setdefault(fit.mistake, Convention(fit.mistake, fit.side, body, is_ambiguous))
+        convention = Convention(mistake, side, body, is_ambiguous, fit.pair.inverted)
+        conventions.setdefault(mistake, convention)
     return list(conventions.values())
 
 
@@ -128,6 +131,7 @@ class _Pair(NamedTuple):
     gt: Floats
     est: Floats
     positions: "PositionFit"
+    inverted: Collection[str] = ()
 
 
 class _Candidate(NamedTuple):
@@ -135,8 +139,7 @@ class _Candidate(NamedTuple):
 
     ras: float
     apart_deg: float  # between the alignments of rotations and positions; nan if these have none
-    mistake: str
-    side: str
+    pair: _Pair
     body: Floats
 
     @property
@@ -152,7 +155,7 @@ def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
     apart = np.nan
     if pair.positions.rotation is not None:
         apart = float(rotation_angles((pair.positions.rotation.T @ frame)[None])[0])
-    return _Candidate(ras, apart, pair.mistake, pair.side, body)
+    return _Candidate(ras, apart, pair, body)
 
 
 def _candidates(
@@ -218,15 +221,22 @@ def _step(poses: Floats) -> float:
 
 
 def _corrected(original: _Pair, mistake: str, inverted: Collection[str]) -> Iterator[_Pair]:
-    """Yield both trajectories without a mistake in either one, and in both."""
-    gt, est = (
-        corrected(poses, mistake, inverted=side in inverted)
-        for poses, side in ((original.gt, REF), (original.est, EST))
-    )
-    for side, true, poses in ((EST, original.gt, est), (REF, gt, original.est), (BOTH, gt, est)):
-        moves = mistake == INVERTED or (set(inverted) if side == BOTH else side in inverted)
-        positions = fit_positions(true, poses) if moves else original.positions
-        yield _Pair(mistake, side, true, poses, positions)
+    """Yield both trajectories without a mistake in either one, and in both.
+
+    It was made in poses as they are, or before they were inverted.
+    """
+    for before in [(), inverted] if inverted and mistake != INVERTED else [()]:
+        gt, est = (
+            corrected(poses, mistake, inverted=side in before)
+            for poses, side in ((original.gt, REF), (original.est, EST))
+        )
+        pairs = (EST, original.gt, est), (REF, gt, original.est), (BOTH, gt, est)
+        for side, true, poses in pairs:
+            if before and side not in (*before, BOTH):
+                continue
+            moves = before or mistake == INVERTED
+            positions = fit_positions(true, poses) if moves else original.positions
+            yield _Pair(mistake, side, true, poses, positions, before)
 
 
 def _transposed(poses: Floats) -> Floats:

@@ -472,7 +472,7 @@ def _of_convention(
     sides = [REF, EST] if convention.side == BOTH else [convention.side]
     ref, est = (
         trajectory._replace(
-            poses=corrected(trajectory.poses, mistake, inverted=side in _inverted(settings))
+            poses=corrected(trajectory.poses, mistake, inverted=side in convention.inverted)
         )
         if side in sides
         else trajectory
@@ -506,7 +506,8 @@ def _of_convention(
             option += "rig, --lever_arm auto instead"
     elif mistake == INVERTED_ROTATIONS:
         text = f"the rotations of {names} seem to be world-to-camera, positions not"
-        option = "transpose them in the file"
+        is_of_poses = _inverted(settings).intersection(sides) and not convention.inverted
+        option = f"transpose them in the {'camera-to-world poses' if is_of_poses else 'file'}"
     else:
         text = f"the quaternions of {names} seem to have w at the wrong end"
         columns = _columns(state, files, dict.fromkeys(sides, mistake))
