@@ -50,7 +50,7 @@ __all__ = ["Files", "Scored", "look", "rescue"]
 
 CLEAR = 0.1  # gain of a remedy
 SMALL, MIN_T = 0.01, 2.0  # or so small a one, of so many standard errors
-OUTLIER, ROUNDING = 3.0, 1e-12  # median errors; steps of a camera that stands still
+OUTLIER = 3.0  # median errors
 EQUAL = 0.02  # difference between remedies that are equally good
 FRAME_RATE = 10.0  # in Hz, of frames without stamps
 BLOCKS = 20  # stretches of time, for standard errors
