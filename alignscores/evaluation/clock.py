@@ -42,6 +42,7 @@ MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in stan
 # Standard errors: Student's t, which one of 1000 wrong offsets exceeds with a probability of 1 %.
 MIN_EVIDENCE = 5.6
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
+FAR_OFF = 4.0  # of stamps that do not agree, which 0.1 % of right ones exceed
 MAX_ERROR = 0.05  # seconds, of an offset that is certain
 ROUNDING = 1e-12
 NEAR = 0.5  # share of the strength down to which neighbouring offsets belong to the best one
@@ -68,7 +69,7 @@ class Clock:
     def agrees(self) -> bool:
         """Whether the stamps agree as they are."""
         tiny = TINY if self.motions == "rotation rates" else LEVER
-        return abs(self.seconds) <= max(tiny, 3 * self.error)
+        return abs(self.seconds) <= max(tiny, FAR_OFF * self.error)
 
 
 def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:

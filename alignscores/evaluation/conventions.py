@@ -199,7 +199,7 @@ def _moved(original: _Pair, inverted: Collection[str]) -> list[_Pair]:
         hides_errors = (pair.mistake, pair.side) == (INVERTED, BOTH) and now < MAX_MISFIT
         if hides_errors and _step(pair.gt) > _step(original.gt):
             continue
-        if pair.positions.misfit < now / 2:
+        if pair.positions.misfit < now / 3:
             pairs.append(pair)
     least = min((pair.positions.misfit for pair in pairs), default=0.0)
     return [pair for pair in pairs if pair.positions.misfit <= 2 * least]
