@@ -4,7 +4,7 @@ With R_i, R̂_i the camera-to-world rotations and Q the rotation between the fra
 
 - *another camera frame*: R̂_i ≈ Q R_i B with one constant B, a swap of axes or any rotation.
 - *world-to-camera*: the same for inverted poses of either file, whose positions fit better, too.
-- *inverted rotations* with true positions: the same for the transposed rotations of one file.
+- *inverted rotations* with true positions: the same for transposed rotations of either file.
 - *quaternions with w at the wrong end*: the same for the rotations in true order.
 
 Which file is mixed up shows in B, which is the identity only if the right one is corrected, and in
