@@ -49,6 +49,7 @@ NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
 SAMPLE = 300  # cameras looked at
 STEPS = 5  # in which B and Q are refined in turn
+ROUNDING = 1e-6  # of errors of positions, relative to those with a mistake
 EQUAL = 0.02  # difference of the RAS of conventions that fit equally well
 MIN_GAIN = 0.1  # of the RAS under a convention
 MAX_MISFIT = 0.15  # of positions that fit, relative to their extent
@@ -189,20 +190,22 @@ def _ras_as_it_is(pair: _Pair) -> float:
 
 
 def _moved(original: _Pair, inverted: Collection[str]) -> list[_Pair]:
-    """Return the pairs without a mistake whose positions fit best, if they fit much better.
+    """Return the pairs without a mistake of the smallest errors, if positions fit much better.
 
     In the coordinates of the camera all that is far away moves as the camera turns. Where that path
-    has the larger steps, and positions fit as they are, they are the true ones.
+    has the larger steps, and positions fit as they are, they are the true ones. The same errors are
+    a small part of a long path: in metres they tell which file it is, or that it may be either.
     """
-    pairs, now = [], original.positions.misfit
+    pairs, now = [], original.positions
     for pair in chain.from_iterable(_corrected(original, each, inverted) for each in CORRECTIONS):
-        hides_errors = (pair.mistake, pair.side) == (INVERTED, BOTH) and now < MAX_MISFIT
+        hides_errors = (pair.mistake, pair.side) == (INVERTED, BOTH) and now.misfit < MAX_MISFIT
         if hides_errors and _step(pair.gt) > _step(original.gt):
             continue
-        if pair.positions.misfit < now / 3:
+        if pair.positions is not now:
             pairs.append(pair)
-    least = min((pair.positions.misfit for pair in pairs), default=0.0)
-    return [pair for pair in pairs if pair.positions.misfit <= 2 * least]
+    fitting = [pair.positions.error for pair in pairs if pair.positions.misfit < now.misfit / 3]
+    most = max(2 * min(fitting), ROUNDING * now.error) if fitting else -1.0
+    return [pair for pair in pairs if pair.positions.error <= most]
 
 
 def _are_truer(pair: _Pair, original: _Pair) -> bool:

@@ -269,6 +269,20 @@ def test_two_files_with_inverse_poses_are_found_by_their_positions():
     assert notes_on_conventions(*far) == {}
 
 
+@pytest.mark.parametrize("far", [0.0, 50.0])
+def test_of_two_files_in_the_same_frame_either_one_may_be_inverted(far):
+    """Inverse poses of the other file fit as well, in other coordinates."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        gt = reference("wandering", 100, rng)
+        gt[:, :3, 3] += far
+        est = gt.copy()
+        est[:, :3, 3] += rng.normal(0, 0.3, (100, 3))
+        for pair in ((gt, inverse_poses(est)), (inverse_poses(gt), est)):
+            text = notes_on_conventions(*pair)["inverted"]
+            assert text.startswith("the poses of the reference or the estimate seem")
+
+
 def test_drift_about_the_origin_is_no_inversion():
     """It moves no inverse pose."""
     rng = np.random.default_rng(14)
