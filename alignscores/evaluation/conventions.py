@@ -203,7 +203,8 @@ def _moved(original: _Pair, inverted: Collection[str]) -> list[_Pair]:
             continue
         if pair.positions is not now:
             pairs.append(pair)
-    fitting = [pair.positions.error for pair in pairs if pair.positions.misfit < now.misfit / 3]
+    much_better = min(now.misfit, 1.0) / 3
+    fitting = [pair.positions.error for pair in pairs if pair.positions.misfit < much_better]
     most = max(2 * min(fitting), ROUNDING * now.error) if fitting else -1.0
     return [pair for pair in pairs if pair.positions.error <= most]
 

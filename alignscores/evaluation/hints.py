@@ -447,7 +447,8 @@ def _may_have_lever_arm(scored: Scored) -> bool:
     rows = _sample(scored)
     gt, est = scored.gt_poses[rows], scored.est_poses[rows]
     now = fit_positions(gt, est)
-    with suppress(ValueError):
+    with suppress(ValueError), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         arm = find_lever_arm(gt[:, :3, 3], est, now.error)
         moved = with_lever_arm(Trajectory(rows, est), arm.vector)
         return fit_positions(gt, moved.poses).misfit < now.misfit / 2
@@ -627,7 +628,7 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
             ref = _from_identity(ref, estimate)
         if not is_named:
             fit = _fit(ref, est)
-            if fit.misfit > (now.misfit / 3 if now else MAX_MISFIT):
+            if fit.misfit > (min(now.misfit, 1.0) / 3 if now else MAX_MISFIT):
                 continue
             if side == BOTH and now and fit.error > now.error:
                 continue
