@@ -542,12 +542,14 @@ def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
     rows = _sample(scored)
     if len(rows) < MIN_CAMERAS:
         return False
-    if settings.alignment in ("yaw", "none"):  # of frames that a mirror changes
-        return True
     gt, est = scored.gt_poses[rows], scored.est_poses[rows]
     flip, step = np.diag([1.0, 1.0, -1.0, 1.0]), -(-len(rows) // (3 * BLOCKS))
     fits = [fit_positions(gt, poses) for poses in (est, flip @ est)]
-    if fits[1].misfit < min(MAX_MISFIT, fits[0].misfit / 3):
+    if fits[1].misfit > MAX_MISFIT:  # as of unrelated paths, which chance makes more alike
+        return False
+    if settings.alignment in ("yaw", "none"):  # of frames that a mirror changes
+        return True
+    if fits[1].misfit < fits[0].misfit / 3:
         return True
     cap = OUTLIER**2 * min(np.median((fit.errors**2).sum(axis=1)) for fit in fits)
     squares = [((fit.errors[step:] - fit.errors[:-step]) ** 2).sum(axis=1) for fit in fits]
