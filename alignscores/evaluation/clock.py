@@ -34,7 +34,7 @@ N_MOTIONS, MIN_MOTIONS = 300, 20  # compared, evenly spread; fewer agree somewhe
 N_REFINED = 1000  # motions compared at the strongest offset
 BLOCKS = 20  # stretches of time, for standard errors
 TINY = 0.005  # seconds; a smaller offset is none
-LEVER = 0.04  # the same by speeds: at 1 m/s, that of a lever arm of 4 cm along the way
+TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way looks the same
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = 3.0  # median disagreements
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
@@ -42,7 +42,7 @@ MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in stan
 # Standard errors: Student's t, which one of 1000 wrong offsets exceeds with a probability of 1 %.
 MIN_EVIDENCE = 5.6
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
-FAR_OFF = 4.0  # of stamps that do not agree, which 0.1 % of right ones exceed
+MAX_CHANCE = 4.0  # standard errors, which the offset of stamps that agree exceeds in 0.1 %
 MAX_ERROR = 0.05  # seconds, of an offset that is certain
 ROUNDING = 1e-12
 NEAR = 0.5  # share of the strength down to which neighbouring offsets belong to the best one
@@ -68,8 +68,8 @@ class Clock:
     @property
     def agrees(self) -> bool:
         """Whether the stamps agree as they are."""
-        tiny = TINY if self.motions == "rotation rates" else LEVER
-        return abs(self.seconds) <= max(tiny, FAR_OFF * self.error)
+        tiny = TINY if self.motions == "rotation rates" else TINY_BY_SPEEDS
+        return abs(self.seconds) <= max(tiny, MAX_CHANCE * self.error)
 
 
 def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:

@@ -33,8 +33,16 @@ from ..io import inverse_poses
 from ..registration import pcr99
 from ..validation import finite_rows
 
-__all__ = ["BOTH", "EST", "MAX_MISFIT", "MIN_CAMERAS", "NEAR_DEG", "REF", "SAMPLE"]
-__all__ += [
+__all__ = [
+    "BOTH",
+    "EST",
+    "INVERTED",
+    "INVERTED_ROTATIONS",
+    "MAX_MISFIT",
+    "MIN_CAMERAS",
+    "NEAR_DEG",
+    "REF",
+    "SAMPLE",
     "W_FIRST",
     "W_LAST",
     "Convention",
@@ -42,8 +50,10 @@ __all__ += [
     "corrected",
     "describe_rotation",
     "find_conventions",
+    "fit_positions",
+    "is_common",
+    "rotate_cameras",
 ]
-__all__ += ["fit_positions", "is_common", "rotate_cameras"]
 
 NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
@@ -203,10 +213,11 @@ def _moved(original: _Pair, inverted: Collection[str]) -> list[_Pair]:
             continue
         if pair.positions is not now:
             pairs.append(pair)
-    much_better = min(now.misfit, 1.0) / 3
-    fitting = [pair.positions.error for pair in pairs if pair.positions.misfit < much_better]
-    most = max(2 * min(fitting), ROUNDING * now.error) if fitting else -1.0
-    return [pair for pair in pairs if pair.positions.error <= most]
+    errors = [pair.positions.error for pair in pairs if pair.positions.is_much_better_than(now)]
+    if not errors:
+        return []
+    max_error = max(2 * min(errors), ROUNDING * now.error)
+    return [pair for pair in pairs if pair.positions.error <= max_error]
 
 
 def _are_truer(pair: _Pair, original: _Pair) -> bool:
@@ -363,6 +374,10 @@ class PositionFit(NamedTuple):
     def error(self) -> float:
         """The median error, in the unit of the reference."""
         return float(np.median(np.linalg.norm(self.errors, axis=1)))
+
+    def is_much_better_than(self, other: "PositionFit") -> bool:
+        """Return whether the misfit is less than a third, at most a third of the extent."""
+        return self.misfit < min(other.misfit, 1.0) / 3
 
 
 def fit_positions(gt_poses: Floats, est_poses: Floats) -> PositionFit:

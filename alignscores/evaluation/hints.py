@@ -55,12 +55,14 @@ EQUAL = 0.02  # difference between remedies that are equally good
 FRAME_RATE = 10.0  # in Hz, of frames without stamps
 BLOCKS = 20  # stretches of time, for standard errors
 MOTION_DEG = 30.0  # largest rotation from one frame to the next
-FEW, HALF = 0.1, 0.5  # of the motions of a reference, and of an estimate with outliers, are larger
+# Shares of larger rotations: in a reference, and in an estimate with outliers.
+REF_OUTLIERS, EST_OUTLIERS = 0.1, 0.5
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MAX_RATIO = 30  # of the durations of two files in the same unit
-TIME_FACTORS = 1e-3, 1e-6, 1e-9, 1e3, 1e6  # of stamps that were read in another unit
+# Between the unit of stamps and the one they were read in.
+TIME_FACTORS = 1e-3, 1e-6, 1e-9, 1e3, 1e6
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
-MIRRORS = {  # and what they do
+MIRRORS = {
     "z negated": np.diag([1.0, 1.0, -1.0]),
     "y negated": np.diag([1.0, -1.0, 1.0]),
     "x negated": np.diag([-1.0, 1.0, 1.0]),
@@ -617,7 +619,7 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
     # The product of poses of a common frame can hide noise, which adds up: both files must look
     # like motions, and errors must not grow.
     is_named = reference.keys.dtype.kind == "U"  # poses in no order, which only scoring matches
-    if not is_named and _hardly_rotates(reference, FEW) and _hardly_rotates(estimate, HALF):
+    if not is_named and _hardly_rotate(reference, estimate):
         sides.append(BOTH)
     for side, inverse, leads_away in product(sides, (False, True), (False, True)):
         ref, est = (
@@ -630,9 +632,8 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
             ref = _from_identity(ref, estimate)
         if not is_named:
             fit = _fit(ref, est)
-            if fit.misfit > (min(now.misfit, 1.0) / 3 if now else MAX_MISFIT):
-                continue
-            if side == BOTH and now and fit.error > now.error:
+            fits = fit.is_much_better_than(now) if now else fit.misfit <= MAX_MISFIT
+            if not fits or (side == BOTH and now and fit.error > now.error):
                 continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
         factors = "the product of their inverses" if inverse else "their product"
@@ -658,12 +659,15 @@ def _from_identity(products: Trajectory, other: Trajectory) -> Trajectory:
     return Trajectory(other.keys, np.concatenate([np.eye(4)[None], products.poses]))
 
 
-def _hardly_rotates(trajectory: Trajectory, outliers: float) -> bool:
+def _hardly_rotate(reference: Trajectory, estimate: Trajectory) -> bool:
     """Return whether rotations are small, as from frame to frame, and not all the same."""
-    rotations = trajectory.poses[finite_rows(trajectory.poses), :3, :3]
-    traces = np.trace(rotations, axis1=1, axis2=2)
-    small = len(traces) and np.quantile(traces, outliers) > 1 + 2 * np.cos(np.radians(MOTION_DEG))
-    return bool(small) and not _has_constant(trajectory)
+    smallest_trace = 1 + 2 * np.cos(np.radians(MOTION_DEG))
+    for trajectory, outliers in ((reference, REF_OUTLIERS), (estimate, EST_OUTLIERS)):
+        rotations = trajectory.poses[finite_rows(trajectory.poses), :3, :3]
+        traces = np.trace(rotations, axis1=1, axis2=2)
+        if not len(traces) or np.quantile(traces, outliers) <= smallest_trace:
+            return False
+    return not (_has_constant(reference) or _has_constant(estimate))
 
 
 def _multiplied(trajectory: Trajectory, inverse: bool, leads_away: bool) -> Trajectory:

@@ -70,10 +70,9 @@ def read_tum(path: FilePath, *, columns: str | None = None) -> Trajectory:
         What the columns hold: ``t`` (``t_s``, ``t_ms``, ``t_us``, ``t_ns``, ``t_ticks`` of 100 ns;
         seconds and their fraction are added), ``n`` (number of the frame), ``x y z``,
         ``qx qy qz qw``, ``rx ry rz`` (rotation vector in radians), ``r11`` to ``r33``, and ``-``
-        for others. By default a header
-        names them, or their number shows it: 3 are ``x y z``, 4 ``t x y z``, 7
-        ``x y z qx qy qz qw``, 8 or more ``t x y z qx qy qz qw``, 12 and 16 a matrix (13 and 17:
-        with a number).
+        for others. By default a header names them, or their number shows it: 3 are ``x y z``, 4
+        ``t x y z``, 7 ``x y z qx qy qz qw``, 8 or more ``t x y z qx qy qz qw``, 12 and 16 a matrix
+        (13 and 17: with a number).
 
     Returns
     -------
