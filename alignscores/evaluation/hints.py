@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import product
+from itertools import chain, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,12 +107,27 @@ class _State:
     estimate: Trajectory
     settings: Settings
     scored: Scored | None
+    attempt: Attempt
     has_rotations: bool
     notes: tuple[Note, ...] = ()
 
     @property
     def score(self) -> float:
         return self.scored.score if self.scored else 0.0
+
+    def after(self, remedy: "_Remedy") -> "_State | None":
+        """Return the state after a remedy; None if it cannot be scored."""
+        settings = replace(self.settings, **remedy.changes)
+        with suppress(*FAILURES), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return replace(
+                self,
+                reference=remedy.reference,
+                estimate=remedy.estimate,
+                settings=settings,
+                scored=self.attempt(remedy.reference, remedy.estimate, settings),
+            )
+        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,19 +157,18 @@ def look(
 
     The score is the PAS, without rotations the TAS.
     """
-    state = _State(reference, estimate, settings, scored, has_rotations)
+    state = _State(reference, estimate, settings, scored, attempt, has_rotations)
     for find in (
         _units_of_time,
         _increments,  # which would pass for late poses
-        _clocks,
-        _shifts,
+        _clocks_and_conventions,
         _conventions,
         _mirrored,
         _units_of_length,
     ):
         if state.score > 1 - SMALL:
             break
-        state = _tried(state, list(find(state, files)), attempt)
+        state = _tried(state, list(find(state, files)))
     return list(state.notes)
 
 
@@ -168,7 +182,7 @@ def rescue(
     has_rotations: bool,
 ) -> str:
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
-    state = _State(reference, estimate, settings, None, has_rotations)
+    state = _State(reference, estimate, settings, None, attempt, has_rotations)
     for find in (
         _units_of_time,
         _clocks,
@@ -177,33 +191,25 @@ def rescue(
         _increments,
         _between_stamps,
     ):
-        tried = _tried(state, list(find(state, files)), attempt)
+        tried = _tried(state, list(find(state, files)))
         if tried.notes:
             return str(tried.notes[0])
     return ""
 
 
-def _tried(state: _State, remedies: Sequence[_Remedy], attempt: Attempt) -> _State:
+def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     """Return the state with the best remedy, if that raises the score clearly.
 
     The likeliest come first.
     """
     best, chosen, scores = state, None, []
     for remedy in remedies:
-        settings = replace(state.settings, **remedy.changes)
-        with suppress(*FAILURES), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            scored = attempt(remedy.reference, remedy.estimate, settings)
-            scores.append((scored.score, remedy))
-            if scored.score > best.score + (EQUAL if chosen else 0):
-                best = replace(
-                    state,
-                    reference=remedy.reference,
-                    estimate=remedy.estimate,
-                    settings=settings,
-                    scored=scored,
-                )
-                chosen = remedy
+        after = state.after(remedy)
+        if after is None:
+            continue
+        scores.append((after.score, remedy))
+        if after.score > best.score + (EQUAL if chosen else 0):
+            best, chosen = after, remedy
     if chosen is None or not best.scored or not _is_clear(state.scored, best.scored, chosen.min_t):
         return state
     name = "PAS" if state.has_rotations else "TAS"
@@ -393,6 +399,24 @@ def _units_and_clocks(state: _State, files: Files) -> Iterator[_Remedy]:
         for clock in _clocks(corrected, files):
             text, option = f"{units.text}; then {clock.text}", f"{units.option}; {clock.option}"
             yield replace(clock, kind=units.kind, text=text, option=option)
+
+
+def _clocks_and_conventions(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield the offset of the clocks, with a convention if it raises the score only then."""
+    for clock in chain(_clocks(state, files), _shifts(state, files)):
+        yield clock
+        on_time = state.after(clock)
+        if on_time is None or on_time.scored is None:
+            continue
+        if _is_clear(state.scored, on_time.scored, clock.min_t):
+            continue
+        for other in chain(_conventions(on_time, files), _mirrored(on_time, files)):
+            yield replace(
+                other,
+                text=f"{clock.text}; and {other.text}",
+                option=f"{clock.option}; {other.option}",
+                changes={**clock.changes, **other.changes},
+            )
 
 
 def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:

@@ -503,12 +503,40 @@ def test_frames_that_are_numbered_from_another_one_are_named(shift):
     assert f"if its frame 0 is frame {shift}" in hint.text
 
 
+@pytest.mark.parametrize("late", [-7.5, 3.3])
+def test_poses_that_are_late_and_inverted_are_named_together(late):
+    """Neither remedy helps alone."""
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    estimate = disturbed(truth, rng)
+    inverted = Trajectory(times + late, inverse_poses(estimate))
+    (hint,) = hints(Trajectory(times, truth), inverted)
+    assert hint.text.startswith("its clock is off")
+    assert "; and the poses of the estimate seem to be world-to-camera" in hint.text
+    assert hint.remedy == "--t_offset auto adds it; --est_invert corrects it"
+    corrected = evaluate(Trajectory(times, truth), inverted, t_offset="auto", invert=True).pas
+    assert f"{corrected:.3f} corrected" in hint.text
+    assert corrected > 0.5
+
+
 def test_rows_without_the_first_one_are_named():
     """Both count from 0: they are refused, and the reason says what fits."""
     rng = np.random.default_rng(8)
     _, truth = winding(rng)
     with pytest.raises(ValueError, match=r"if its frame 0 is frame 1 .* corrected"):
         evaluate(truth, disturbed(truth, rng)[1:])
+
+
+def test_unrelated_paths_are_no_mirror_images():
+    """Chance makes this pair more alike if one is mirrored."""
+    rng = np.random.default_rng(35)
+    steps = rng.normal(size=(4, 300, 3)).cumsum(axis=1)
+    paths = np.tile(np.eye(4), (2, 300, 1, 1))
+    paths[:, :, :3, :3] = (
+        Rotation.from_rotvec(0.05 * steps[::2].reshape(-1, 3)).as_matrix().reshape(2, 300, 3, 3)
+    )
+    paths[:, :, :3, 3] = steps[1::2]
+    assert hints(*paths) == []
 
 
 def test_swapped_axes_of_positions_and_rotations_are_named():
