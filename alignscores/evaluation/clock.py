@@ -236,9 +236,10 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
     for span in np.unique(spans[spans < len(grid)]).tolist():
         both = valid[:-span] & valid[span:]
         of_span[span] = ref.sizes(points[:-span], points[span:]), both
-    everywhere = np.concatenate([sizes[both] for sizes, both in of_span.values()])
-    if not everywhere.size:
+    known = [sizes[both] for sizes, both in of_span.values() if both.any()]
+    if not known:
         return np.zeros(1), np.zeros(1), _Elsewhere(disagreements)
+    everywhere = np.concatenate(known)
     scale = 0.0 if ref.rotations else float(everywhere.mean() - sizes_of_est.mean())
     cap = float(
         np.abs(np.median(everywhere) - sizes_of_est).mean()

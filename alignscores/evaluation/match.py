@@ -150,7 +150,10 @@ def check_scorable(
         if n > 1 and (positions == positions[0]).all():
             raise ValueError(f"the reference stands still: all of its {n} {what} have one position")
         if n < 4:
-            reason = f"{n} {what} of the reference are expected, and it takes 4"
+            verb = "is" if n == 1 else "are"
+            reason = f"{n} of the reference's {what} {verb} expected, and it takes 4"
+            if matches.timed:
+                reason += f" (it lasts {np.ptp(reference.keys):.3g} s)"
         else:
             reason = f"at least three quarters of the reference {what} coincide with another one"
             if matches.keys.dtype.kind == "U" and what == "poses":
@@ -199,9 +202,10 @@ def with_stamps_of_sparse(
 
 def no_clock(stamps: Floats) -> str:
     """Return the reason why stamps are no times, or an empty string."""
-    if len(stamps) < 2 or np.median(np.diff(np.sort(stamps))) >= MIN_STEP:
+    step = np.median(np.diff(np.sort(stamps))) if len(stamps) > 1 else np.inf
+    if step >= MIN_STEP:
         return ""
-    return "; its stamps count by one and tell no time: no --t_offset helps"
+    return f"; its stamps are {step:.2g} s apart, those of no camera: no --t_offset helps"
 
 
 def poses_of_rows(estimate: Trajectory, rows: Indices) -> Floats:

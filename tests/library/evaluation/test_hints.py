@@ -539,6 +539,14 @@ def test_unrelated_paths_are_no_mirror_images():
     assert hints(*paths) == []
 
 
+def test_a_reference_in_hours_has_no_motions_to_compare():
+    rng = np.random.default_rng(14)
+    times, truth = winding(rng)
+    reference = Trajectory(times / 3600, truth)
+    with pytest.raises(ValueError, match=r"no time stamps in common: .* from 0\.0+ to 0\.01"):
+        evaluate(reference, Trajectory(1e6 + times, disturbed(truth, rng)))
+
+
 def test_swapped_axes_of_positions_and_rotations_are_named():
     """In another camera frame only rotations would fit."""
     rng = np.random.default_rng(9)
