@@ -193,7 +193,7 @@ def test_the_cameras_of_a_dome_are_not_one_camera():
 
 def test_too_few_rig_frames_are_one_sentence():
     _, truth, estimate = rig(flat, 4, 0.05)
-    with pytest.raises(ValueError, match="2 rig frames of the reference are expected"):
+    with pytest.raises(ValueError, match="2 of the reference's rig frames are expected"):
         evaluate(truth, estimate, groups=np.arange(160) % 2)
 
 
