@@ -402,7 +402,7 @@ def _units_and_clocks(state: _State, files: Files) -> Iterator[_Remedy]:
 
 
 def _clocks_and_conventions(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the offset of the clocks, with a convention if it raises the score only then."""
+    """Yield the offset of the clocks, with a convention where neither is enough."""
     for clock in chain(_clocks(state, files), _shifts(state, files)):
         yield clock
         on_time = state.after(clock)
@@ -410,13 +410,16 @@ def _clocks_and_conventions(state: _State, files: Files) -> Iterator[_Remedy]:
             continue
         if _is_clear(state.scored, on_time.scored, clock.min_t):
             continue
+        late = _tried(state, [*_conventions(state, files), *_mirrored(state, files)])
         for other in chain(_conventions(on_time, files), _mirrored(on_time, files)):
-            yield replace(
-                other,
-                text=f"{clock.text}; and {other.text}",
-                option=f"{clock.option}; {other.option}",
-                changes={**clock.changes, **other.changes},
-            )
+            both = on_time.after(other)
+            if both and both.scored and _is_clear(late.scored, both.scored, clock.min_t):
+                yield replace(
+                    other,
+                    text=f"{clock.text}; and {other.text}",
+                    option=f"{clock.option}; {other.option}",
+                    changes={**clock.changes, **other.changes},
+                )
 
 
 def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
