@@ -75,7 +75,7 @@ HINTS = [  # case, reference, estimate, what the hint says, settings that follow
         "30-ms-since-start",
         "c_gt_ms.txt",
         "c_est_ms.txt",
-        "ms in c_gt_ms.txt and ms in c_est_ms",
+        "ms in both c_gt_ms.txt and c_est_ms",
         "--columns 't_ms x y z qx qy qz qw'",
         {"columns": "t_ms x y z qx qy qz qw"},
         0.745,
@@ -112,7 +112,7 @@ def test_a_hint_names_the_file_and_its_remedy_gives_the_right_scores(case, comma
 @pytest.mark.parametrize(
     ("name", "files", "words"),
     [
-        ("09-unity-left-handed", "unity.txt colmap.txt", "the reference is left-handed"),
+        ("09-unity-left-handed", "unity.txt colmap.txt", "the reference, or the estimate, is left-handed"),
         ("10-relative-poses", "gt.txt relative_n.txt", "rows of relative_n.txt seem to be motions"),
         (
             "10-relative-poses",
