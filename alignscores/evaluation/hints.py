@@ -249,6 +249,8 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
     if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
         return
     durations = [np.ptp(reference.keys), np.ptp(estimate.keys)]
+    if min(durations) == 0:  # of a single pose
+        return
     differ = max(durations) > MAX_RATIO * min(durations)
     factors = [_time_factors(poses.keys, differ) for poses in (reference, estimate)]
     for of_ref, of_est in product(*factors):
