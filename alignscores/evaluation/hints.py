@@ -512,23 +512,26 @@ def _of_convention(
         names = f"{files.reference} or {files.estimate}"
     if mistake == INVERTED:
         is_inverted = {REF: settings.ref_invert, EST: settings.invert}
-        text = f"the poses of {names} seem to be "
-        text += "camera-to-world" if is_inverted[sides[0]] else "world-to-camera"
-        if len({is_inverted[side] for side in sides}) == 2:
+        changed = [REF, EST] if convention.is_ambiguous else sides
+        seem = {
+            side: "camera-to-world" if is_inverted[side] else "world-to-camera" for side in changed
+        }
+        text = f"the poses of {names} seem to be {seem[changed[0]]}"
+        if len({*seem.values()}) == 2:
             text = f"the wrong one of {files.reference} and {files.estimate} is inverted"
+            if convention.is_ambiguous:
+                text = f"the poses of {files.reference} seem to be {seem[REF]}, or those of "
+                text += f"{files.estimate} {seem[EST]}"
         add, leave = (
-            [
-                f"--{side[:3]}_invert"
-                for side in ([REF, EST] if convention.is_ambiguous else sides)
-                if is_inverted[side] == inverted
-            ]
+            [f"--{side[:3]}_invert" for side in changed if is_inverted[side] == inverted]
             for inverted in (False, True)
         )
         by = " or " if convention.is_ambiguous else " "
-        extra = " --body_rotation auto" if frame else ""
+        extra = " --body_rotation auto" if frame and not leave else ""
         parts = [f"{by.join(add)}{extra} corrects it"] if add else []
-        parts += [f"leave out {by.join(leave)}{'' if add else extra}"] if leave else []
-        option = "; ".join(parts)
+        parts += [f"leave out {by.join(leave)}"] if leave else []
+        option = (", or " if convention.is_ambiguous else "; ").join(parts)
+        option += ", and add --body_rotation auto" if frame and leave else ""
         may_be_arm = convention.side == BOTH and not (settings.ref_invert or settings.invert)
         if may_be_arm and state.scored and _may_have_lever_arm(state.scored):
             option += f"; if the positions of {files.estimate} are those of another point of its "
@@ -711,8 +714,15 @@ def _multiplied(trajectory: Trajectory, inverse: bool, leads_away: bool) -> Traj
 
 def _between_stamps(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield interpolation, where all poses miss the stamps of a sparse reference."""
-    timed = state.reference.keys.dtype.kind == state.estimate.keys.dtype.kind == "f"
-    if timed and state.settings.sync == "auto":  # which interpolates any other reference
+    stamps, settings = state.reference.keys, state.settings
+    timed = stamps.dtype.kind == state.estimate.keys.dtype.kind == "f"
+    if not timed or settings.sync != "auto":  # which interpolates any other reference
+        return
+    offset = 0.0 if settings.t_offset == "auto" else float(settings.t_offset)
+    keys = np.sort(state.estimate.keys) + offset
+    inside = (stamps >= keys[0]) & (stamps <= keys[-1])
+    _, distance = nearest_stamps(keys, stamps[inside])
+    if not len(distance) or np.median(distance) > settings.t_max_diff:
         yield _Remedy(
             "sparse",
             f"its poses miss the stamps of {files.reference}, which is sparse",

@@ -394,6 +394,19 @@ def test_an_inversion_of_the_wrong_file_is_left_out():
     assert hint.endswith("--ref_invert corrects it; leave out --est_invert")
 
 
+def test_either_of_two_inversions_is_advised_not_both():
+    """In one frame, inverse poses of one file may as well be true ones of the other."""
+    rng = np.random.default_rng(4)
+    times, truth = winding(rng)
+    estimate = truth.copy()
+    estimate[:, :3, 3] += rng.normal(0, 0.02, (len(truth), 3))
+    pair = Trajectory(times, truth), Trajectory(times, estimate)
+    (hint,) = hints(*pair, ref_invert=True)
+    assert "the poses of the reference seem to be camera-to-world, or those of the" in hint.text
+    assert hint.remedy == "--est_invert corrects it, or leave out --ref_invert"
+    assert min(evaluate(*pair).pas, evaluate(*pair, ref_invert=True, invert=True).pas) > 0.8
+
+
 def test_the_hint_on_a_clock_names_an_offset_that_was_given():
     rng = np.random.default_rng(5)
     times, truth = winding(rng)
