@@ -531,7 +531,6 @@ def _of_convention(
         parts = [f"{by.join(add)}{extra} corrects it"] if add else []
         parts += [f"leave out {by.join(leave)}"] if leave else []
         option = (", or " if convention.is_ambiguous else "; ").join(parts)
-        option += ", and add --body_rotation auto" if frame and leave else ""
         may_be_arm = convention.side == BOTH and not (settings.ref_invert or settings.invert)
         if may_be_arm and state.scored and _may_have_lever_arm(state.scored):
             option += f"; if the positions of {files.estimate} are those of another point of its "
@@ -546,7 +545,9 @@ def _of_convention(
         if columns is None:
             return
         option = f"name their order with {columns}" if columns else "reorder them"
-    text += f", and {frame}" if frame else ""
+    if frame:
+        text += f", and {frame}"
+        option += ", and add --body_rotation auto" if "--body_rotation" not in option else ""
     kind = mistake if mistake in (INVERTED, INVERTED_ROTATIONS) else "quaternions"
     yield _Remedy(kind, text, option, ref, est, changes)
 

@@ -407,6 +407,21 @@ def test_either_of_two_inversions_is_advised_not_both():
     assert min(evaluate(*pair).pas, evaluate(*pair, ref_invert=True, invert=True).pas) > 0.8
 
 
+def test_a_camera_frame_beside_transposed_rotations_has_its_remedy():
+    rng = np.random.default_rng(4)
+    times, truth = winding(rng)
+    estimate = disturbed(truth, rng) @ np.diag([1.0, -1.0, -1.0, 1.0])
+    transposed = estimate.copy()
+    transposed[:, :3, :3] = estimate[:, :3, :3].swapaxes(1, 2)
+    (hint,) = hints(Trajectory(times, truth), Trajectory(times, transposed))
+    assert "and the camera frame of the estimate is rotated" in hint.text
+    assert hint.remedy == "transpose them in the file, and add --body_rotation auto"
+    corrected = evaluate(
+        Trajectory(times, truth), Trajectory(times, estimate), body_rotation="auto"
+    )
+    assert f"{corrected.pas:.3f} corrected" in hint.text
+
+
 def test_the_hint_on_a_clock_names_an_offset_that_was_given():
     rng = np.random.default_rng(5)
     times, truth = winding(rng)
