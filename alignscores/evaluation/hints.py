@@ -141,6 +141,7 @@ class _Remedy:
     estimate: Trajectory
     changes: dict[str, Any] = field(default_factory=dict)
     min_t: float = MIN_T  # 0 for what steps or motions show on their own
+    is_ambiguous: bool = False  # whether another one of its kind is as likely, whatever its score
 
 
 def look(
@@ -207,7 +208,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
         after = state.after(remedy)
         if after is None:
             continue
-        scores.append((after.score, remedy))
+        scores.append((after, remedy))
         if after.score > best.score + (EQUAL if chosen else 0):
             best, chosen = after, remedy
     if chosen is None or not best.scored or not _is_clear(state.scored, best.scored, chosen.min_t):
@@ -215,9 +216,14 @@ def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     option, texts = chosen.option, {chosen.text}
-    for score, other in sorted(scores, key=lambda scored: -scored[0]):
-        if score > best.score - EQUAL and other.text not in texts:
-            option += f"; or {other.text} ({name} {score:.3f} corrected); {other.option}"
+    for after, other in sorted(scores, key=lambda scored: -scored[0].score):
+        is_as_likely = (
+            (other.kind, other.is_ambiguous) == (chosen.kind, True)
+            and after.scored is not None
+            and _is_clear(state.scored, after.scored, other.min_t)
+        )
+        if (is_as_likely or after.score > best.score - EQUAL) and other.text not in texts:
+            option += f"; or {other.text} ({name} {after.score:.3f} corrected); {other.option}"
             texts.add(other.text)
     text = f"{chosen.text} ({before}{best.score:.3f} corrected)"
     return replace(best, notes=(*state.notes, Hint(chosen.kind, text, option)))
@@ -508,29 +514,20 @@ def _of_convention(
         for side, trajectory in ((REF, reference), (EST, estimate))
     )
     names = files.name(convention.side)
-    if convention.is_ambiguous:
-        names = f"{files.reference} or {files.estimate}"
     if mistake == INVERTED:
         is_inverted = {REF: settings.ref_invert, EST: settings.invert}
-        changed = [REF, EST] if convention.is_ambiguous else sides
-        seem = {
-            side: "camera-to-world" if is_inverted[side] else "world-to-camera" for side in changed
-        }
-        text = f"the poses of {names} seem to be {seem[changed[0]]}"
-        if len({*seem.values()}) == 2:
+        text = f"the poses of {names} seem to be "
+        text += "camera-to-world" if is_inverted[sides[0]] else "world-to-camera"
+        if len({is_inverted[side] for side in sides}) == 2:
             text = f"the wrong one of {files.reference} and {files.estimate} is inverted"
-            if convention.is_ambiguous:
-                text = f"the poses of {files.reference} seem to be {seem[REF]}, or those of "
-                text += f"{files.estimate} {seem[EST]}"
         add, leave = (
-            [f"--{side[:3]}_invert" for side in changed if is_inverted[side] == inverted]
+            " ".join(f"--{side[:3]}_invert" for side in sides if is_inverted[side] == inverted)
             for inverted in (False, True)
         )
-        by = " or " if convention.is_ambiguous else " "
         extra = " --body_rotation auto" if frame and not leave else ""
-        parts = [f"{by.join(add)}{extra} corrects it"] if add else []
-        parts += [f"leave out {by.join(leave)}"] if leave else []
-        option = (", or " if convention.is_ambiguous else "; ").join(parts)
+        parts = [f"{add}{extra} corrects it"] if add else []
+        parts += [f"leave out {leave}"] if leave else []
+        option = "; ".join(parts)
         may_be_arm = convention.side == BOTH and not (settings.ref_invert or settings.invert)
         if may_be_arm and state.scored and _may_have_lever_arm(state.scored):
             option += f"; if the positions of {files.estimate} are those of another point of its "
@@ -549,7 +546,7 @@ def _of_convention(
         text += f", and {frame}"
         option += ", and add --body_rotation auto" if "--body_rotation" not in option else ""
     kind = mistake if mistake in (INVERTED, INVERTED_ROTATIONS) else "quaternions"
-    yield _Remedy(kind, text, option, ref, est, changes)
+    yield _Remedy(kind, text, option, ref, est, changes, is_ambiguous=convention.is_ambiguous)
 
 
 def _sample(scored: Scored) -> Indices:

@@ -394,7 +394,7 @@ def test_an_inversion_of_the_wrong_file_is_left_out():
     assert hint.endswith("--ref_invert corrects it; leave out --est_invert")
 
 
-def test_either_of_two_inversions_is_advised_not_both():
+def test_of_two_files_that_may_be_inverted_each_has_its_remedy_and_score():
     """In one frame, inverse poses of one file may as well be true ones of the other."""
     rng = np.random.default_rng(4)
     times, truth = winding(rng)
@@ -402,9 +402,23 @@ def test_either_of_two_inversions_is_advised_not_both():
     estimate[:, :3, 3] += rng.normal(0, 0.02, (len(truth), 3))
     pair = Trajectory(times, truth), Trajectory(times, estimate)
     (hint,) = hints(*pair, ref_invert=True)
-    assert "the poses of the reference seem to be camera-to-world, or those of the" in hint.text
-    assert hint.remedy == "--est_invert corrects it, or leave out --ref_invert"
-    assert min(evaluate(*pair).pas, evaluate(*pair, ref_invert=True, invert=True).pas) > 0.8
+    scores = [evaluate(*pair, ref_invert=both, invert=both).pas for both in (True, False)]
+    assert f", {scores[0]:.3f} corrected); --est_invert corrects it; or the poses" in str(hint)
+    assert str(hint).endswith(f"(PAS {scores[1]:.3f} corrected); leave out --ref_invert")
+
+
+def test_of_an_orbit_only_the_file_whose_inversion_can_be_scored_is_named():
+    """Most of its inverse poses are at the same place."""
+    rng = np.random.default_rng(1)
+    turn = Rotation.from_rotvec(np.linspace(0, 6, 100)[:, None] * [0, 0, 1]).as_matrix()
+    truth = np.tile(np.eye(4), (100, 1, 1))
+    truth[:, :3, :3], truth[:, :3, 3] = turn, turn @ [3.0, 0, 0.5]
+    truth[::5, :3, 3] *= 1.3
+    estimate = truth.copy()
+    estimate[:, :3, 3] += rng.normal(0, 0.01, (100, 3))
+    (hint,) = hints(truth, inverse_poses(estimate))
+    assert hint.text.startswith("the poses of the estimate seem to be world-to-camera")
+    assert hint.remedy == "--est_invert corrects it"
 
 
 def test_a_camera_frame_beside_transposed_rotations_has_its_remedy():
