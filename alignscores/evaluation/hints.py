@@ -21,6 +21,7 @@ from ..io import FAILURES, Trajectory, inverse_poses
 from ..io.columns import name_columns
 from ..io.tables import Table, open_table
 from ..io.trajectory import TIME_UNITS
+from ..similarity import Similarity
 from ..validation import finite_rows
 from .clock import find_clock
 from .conventions import (
@@ -572,18 +573,29 @@ def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
     if len(rows) < MIN_CAMERAS:
         return False
     gt, est = scored.gt_poses[rows], scored.est_poses[rows]
-    flip, step = np.diag([1.0, 1.0, -1.0, 1.0]), -(-len(rows) // (3 * BLOCKS))
-    fits = [fit_positions(gt, poses) for poses in (est, flip @ est)]
+    fits = [fit_positions(gt, poses) for poses in (est, np.diag([1.0, 1.0, -1.0, 1.0]) @ est)]
     if fits[1].misfit > MAX_MISFIT:  # as of unrelated paths, which chance makes more alike
         return False
-    if settings.alignment in ("yaw", "none"):  # of frames that a mirror changes
-        return True
+    if settings.alignment in ("yaw", "none"):  # which leave a mirror of a plane
+        how = {"alignment": settings.alignment, "up": settings.up}
+        gt, est = gt[:, :3, 3], est[:, :3, 3]
+        errors = [
+            Similarity.fit(gt, positions, **how).inverse().apply(positions) - gt
+            for positions in (est, *(est @ mirror for mirror in MIRRORS.values()))
+        ]
+        return any(_move_more_alike(errors[0], mirrored) for mirrored in errors[1:])
     if fits[1].misfit < fits[0].misfit / 3:
         return True
-    cap = OUTLIER**2 * min(np.median((fit.errors**2).sum(axis=1)) for fit in fits)
-    squares = [((fit.errors[step:] - fit.errors[:-step]) ** 2).sum(axis=1) for fit in fits]
-    gains = np.minimum(squares[0], cap) - np.minimum(squares[1], cap)
-    return all(_t(gains, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
+    return _move_more_alike(fits[0].errors, fits[1].errors)
+
+
+def _move_more_alike(errors: Floats, others: Floats) -> bool:
+    """Return whether the others of two errors of positions change less from pose to pose."""
+    step = -(-len(errors) // (3 * BLOCKS))
+    cap = OUTLIER**2 * min(np.median((each**2).sum(axis=1)) for each in (errors, others))
+    changes = (((each[step:] - each[:-step]) ** 2).sum(axis=1) for each in (errors, others))
+    before, after = (np.minimum(squares, cap) for squares in changes)
+    return all(_t(before - after, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
 
 
 def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:

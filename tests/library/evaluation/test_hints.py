@@ -620,8 +620,9 @@ def test_conventions_that_fit_as_well_are_all_named():
     assert "world-to-camera, positions not" in str(hint)
 
 
+@pytest.mark.parametrize("alignment", ["similarity", "yaw", "none"])
 @pytest.mark.parametrize("seed", range(5))
-def test_a_drift_of_the_height_is_no_mirror(seed):
+def test_a_drift_of_the_height_is_no_mirror(seed, alignment):
     """Of a road, which is nearly a plane."""
     rng = np.random.default_rng(seed)
     times = np.arange(1500) / 10
@@ -633,7 +634,8 @@ def test_a_drift_of_the_height_is_no_mirror(seed):
     truth[:, 2, 3] = np.sin(times / 20)
     estimate = truth.copy()
     estimate[:, 2, 3] += 0.05 * rng.normal(size=1500).cumsum()
-    assert hints(Trajectory(times, truth), Trajectory(times, estimate)) == []
+    pair = Trajectory(times, truth), Trajectory(times, estimate)
+    assert hints(*pair, alignment=alignment) == []
 
 
 def test_a_reference_that_stands_still_is_refused_as_such():
