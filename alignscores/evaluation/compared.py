@@ -16,7 +16,7 @@ from ..rotation import RASResult
 from ..similarity import Similarity
 from ..thresholds import tas_distance, too_few_cameras
 from ..translation import TASResult, tas
-from ..validation import AlignmentWarning
+from ..validation import AlignmentWarning, finite_rows
 from .clock import Clock, find_clock
 from .conventions import find_conventions, rotate_cameras
 from .evaluation import Note
@@ -128,7 +128,9 @@ def _rival(clock: Clock | None) -> str:
     """Return the best offsets that are not certain, in words."""
     if clock is None:
         return ""
-    best = f"{clock.seconds:.3f} s (standard error {clock.error:.3f} s)"
+    best = f"{clock.seconds:.3f} s"
+    if math.isfinite(clock.error):
+        best += f" (standard error {clock.error:.3f} s)"
     if math.isnan(clock.runner_up):
         return f": the best is {best}"
     return f": the best are {best} and {clock.runner_up:.3f} s"
@@ -180,11 +182,11 @@ def _corrected(
 ) -> tuple[Trajectory, LeverArm | None, Floats | None]:
     """Return an estimate of the reference's prism with its camera axes, and what was corrected."""
     lever_arm, body_rotation = None, None
-    if settings.lever_arm == "auto":
+    matched = estimate.poses[matches.pose_rows]
+    if settings.lever_arm == "auto" and finite_rows(matched).any():  # otherwise the run has failed
         positions = matches.pose_references[:, :3, 3]
-        matched = estimate.poses[matches.pose_rows]
         lever_arm = find_lever_arm(positions, matched, matches.unit)
-    elif settings.lever_arm is not None:
+    elif isinstance(settings.lever_arm, tuple):
         lever_arm = LeverArm(np.array(settings.lever_arm), np.zeros(3))
     if lever_arm is not None:
         estimate = with_lever_arm(estimate, lever_arm.vector)

@@ -84,7 +84,7 @@ class Convention:
     mistake: str = ""  # INVERTED, INVERTED_ROTATIONS, or the true order of quaternions
     side: str = ""  # the file that has it: REF, EST, BOTH
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
-    is_ambiguous: bool = False  # whether the other file may as well be the one
+    is_ambiguous: bool = False  # whether the other file may as well be the one, which is another
     inverted: Collection[str] = ()  # files that were inverted when they were read, after a mistake
 
 
@@ -123,16 +123,18 @@ def find_conventions(
     better = [fit for fit in better if not fit.is_double or fit.ras >= one + MIN_GAIN]
     highest = max((fit.ras for fit in better), default=0.0)
     better = [fit for fit in better if fit.ras > highest - EQUAL]
-    conventions: dict[str, Convention] = {}
+    conventions: dict[tuple[str, str], Convention] = {}
     for fit in better:
         mistake, side = fit.pair.mistake, fit.pair.side
         is_ambiguous = any(
-            {other.pair.side, side} == {EST, REF} and np.allclose(other.body, fit.body, atol=1e-6)
+            other.pair.mistake == mistake
+            and {other.pair.side, side} == {EST, REF}
+            and np.allclose(other.body, fit.body, atol=1e-6)
             for other in better
         )
         body = None if fit.has_same_axes else fit.body
         convention = Convention(mistake, side, body, is_ambiguous, fit.pair.inverted)
-        conventions.setdefault(mistake, convention)
+        conventions.setdefault((mistake, side if is_ambiguous else ""), convention)
     return list(conventions.values())
 
 

@@ -21,6 +21,7 @@ from ..io import FAILURES, Trajectory, inverse_poses
 from ..io.columns import name_columns
 from ..io.tables import Table, open_table
 from ..io.trajectory import TIME_UNITS
+from ..similarity import Similarity
 from ..validation import finite_rows
 from .clock import find_clock
 from .conventions import (
@@ -141,6 +142,7 @@ class _Remedy:
     estimate: Trajectory
     changes: dict[str, Any] = field(default_factory=dict)
     min_t: float = MIN_T  # 0 for what steps or motions show on their own
+    is_ambiguous: bool = False  # whether another one of its kind is as likely, whatever its score
 
 
 def look(
@@ -207,7 +209,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
         after = state.after(remedy)
         if after is None:
             continue
-        scores.append((after.score, remedy))
+        scores.append((after, remedy))
         if after.score > best.score + (EQUAL if chosen else 0):
             best, chosen = after, remedy
     if chosen is None or not best.scored or not _is_clear(state.scored, best.scored, chosen.min_t):
@@ -215,9 +217,14 @@ def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     option, texts = chosen.option, {chosen.text}
-    for score, other in sorted(scores, key=lambda scored: -scored[0]):
-        if score > best.score - EQUAL and other.text not in texts:
-            option += f"; or {other.text} ({name} {score:.3f} corrected); {other.option}"
+    for after, other in sorted(scores, key=lambda scored: -scored[0].score):
+        is_as_likely = (
+            (other.kind, other.is_ambiguous) == (chosen.kind, True)
+            and after.scored is not None
+            and _is_clear(state.scored, after.scored, other.min_t)
+        )
+        if (is_as_likely or after.score > best.score - EQUAL) and other.text not in texts:
+            option += f"; or {other.text} ({name} {after.score:.3f} corrected); {other.option}"
             texts.add(other.text)
     text = f"{chosen.text} ({before}{best.score:.3f} corrected)"
     return replace(best, notes=(*state.notes, Hint(chosen.kind, text, option)))
@@ -249,6 +256,8 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
     if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "f":
         return
     durations = [np.ptp(reference.keys), np.ptp(estimate.keys)]
+    if min(durations) == 0:  # of a single pose
+        return
     differ = max(durations) > MAX_RATIO * min(durations)
     factors = [_time_factors(poses.keys, differ) for poses in (reference, estimate)]
     for of_ref, of_est in product(*factors):
@@ -511,8 +520,6 @@ def _of_convention(
         for side, trajectory in ((REF, reference), (EST, estimate))
     )
     names = files.name(convention.side)
-    if convention.is_ambiguous:
-        names = f"{files.reference} or {files.estimate}"
     if mistake == INVERTED:
         is_inverted = {REF: settings.ref_invert, EST: settings.invert}
         text = f"the poses of {names} seem to be "
@@ -520,17 +527,12 @@ def _of_convention(
         if len({is_inverted[side] for side in sides}) == 2:
             text = f"the wrong one of {files.reference} and {files.estimate} is inverted"
         add, leave = (
-            [
-                f"--{side[:3]}_invert"
-                for side in ([REF, EST] if convention.is_ambiguous else sides)
-                if is_inverted[side] == inverted
-            ]
+            " ".join(f"--{side[:3]}_invert" for side in sides if is_inverted[side] == inverted)
             for inverted in (False, True)
         )
-        by = " or " if convention.is_ambiguous else " "
-        extra = " --body_rotation auto" if frame else ""
-        parts = [f"{by.join(add)}{extra} corrects it"] if add else []
-        parts += [f"leave out {by.join(leave)}{'' if add else extra}"] if leave else []
+        extra = " --body_rotation auto" if frame and not leave else ""
+        parts = [f"{add}{extra} corrects it"] if add else []
+        parts += [f"leave out {leave}"] if leave else []
         option = "; ".join(parts)
         may_be_arm = convention.side == BOTH and not (settings.ref_invert or settings.invert)
         if may_be_arm and state.scored and _may_have_lever_arm(state.scored):
@@ -546,9 +548,11 @@ def _of_convention(
         if columns is None:
             return
         option = f"name their order with {columns}" if columns else "reorder them"
-    text += f", and {frame}" if frame else ""
+    if frame:
+        text += f", and {frame}"
+        option += ", and add --body_rotation auto" if "--body_rotation" not in option else ""
     kind = mistake if mistake in (INVERTED, INVERTED_ROTATIONS) else "quaternions"
-    yield _Remedy(kind, text, option, ref, est, changes)
+    yield _Remedy(kind, text, option, ref, est, changes, is_ambiguous=convention.is_ambiguous)
 
 
 def _sample(scored: Scored) -> Indices:
@@ -574,18 +578,29 @@ def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
     if len(rows) < MIN_CAMERAS:
         return False
     gt, est = scored.gt_poses[rows], scored.est_poses[rows]
-    flip, step = np.diag([1.0, 1.0, -1.0, 1.0]), -(-len(rows) // (3 * BLOCKS))
-    fits = [fit_positions(gt, poses) for poses in (est, flip @ est)]
+    fits = [fit_positions(gt, poses) for poses in (est, np.diag([1.0, 1.0, -1.0, 1.0]) @ est)]
     if fits[1].misfit > MAX_MISFIT:  # as of unrelated paths, which chance makes more alike
         return False
-    if settings.alignment in ("yaw", "none"):  # of frames that a mirror changes
-        return True
+    if settings.alignment in ("yaw", "none"):  # which leave a mirror of a plane
+        how = {"alignment": settings.alignment, "up": settings.up}
+        gt, est = gt[:, :3, 3], est[:, :3, 3]
+        errors = [
+            Similarity.fit(gt, positions, **how).inverse().apply(positions) - gt
+            for positions in (est, *(est @ mirror for mirror in MIRRORS.values()))
+        ]
+        return any(_move_more_alike(errors[0], mirrored) for mirrored in errors[1:])
     if fits[1].misfit < fits[0].misfit / 3:
         return True
-    cap = OUTLIER**2 * min(np.median((fit.errors**2).sum(axis=1)) for fit in fits)
-    squares = [((fit.errors[step:] - fit.errors[:-step]) ** 2).sum(axis=1) for fit in fits]
-    gains = np.minimum(squares[0], cap) - np.minimum(squares[1], cap)
-    return all(_t(gains, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
+    return _move_more_alike(fits[0].errors, fits[1].errors)
+
+
+def _move_more_alike(errors: Floats, others: Floats) -> bool:
+    """Return whether the others of two errors of positions change less from pose to pose."""
+    step = -(-len(errors) // (3 * BLOCKS))
+    cap = OUTLIER**2 * min(np.median((each**2).sum(axis=1)) for each in (errors, others))
+    changes = (((each[step:] - each[:-step]) ** 2).sum(axis=1) for each in (errors, others))
+    before, after = (np.minimum(squares, cap) for squares in changes)
+    return all(_t(before - after, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
 
 
 def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
@@ -714,8 +729,15 @@ def _multiplied(trajectory: Trajectory, inverse: bool, leads_away: bool) -> Traj
 
 def _between_stamps(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield interpolation, where all poses miss the stamps of a sparse reference."""
-    timed = state.reference.keys.dtype.kind == state.estimate.keys.dtype.kind == "f"
-    if timed and state.settings.sync == "auto":  # which interpolates any other reference
+    stamps, settings = state.reference.keys, state.settings
+    timed = stamps.dtype.kind == state.estimate.keys.dtype.kind == "f"
+    if not timed or settings.sync != "auto":  # which interpolates any other reference
+        return
+    offset = 0.0 if settings.t_offset == "auto" else float(settings.t_offset)
+    keys = np.sort(state.estimate.keys) + offset
+    inside = (stamps >= keys[0]) & (stamps <= keys[-1])
+    _, distance = nearest_stamps(keys, stamps[inside])
+    if not len(distance) or np.median(distance) > settings.t_max_diff:
         yield _Remedy(
             "sparse",
             f"its poses miss the stamps of {files.reference}, which is sparse",

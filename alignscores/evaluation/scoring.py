@@ -213,6 +213,7 @@ def _each_model(
     return scored
 
 
+@np.errstate(over="ignore", invalid="ignore")  # positions of 1e200 are far off, however far
 def _score_trajectory(
     reference: Trajectory,
     poses: Trajectory,
@@ -250,6 +251,7 @@ def _score_trajectory(
             )
             raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
         half_distance = half_distance_of(outcome.matches, settings)
+        other_seeds = tas_of_other_seeds(outcome.matches, settings)
     if not failed:
         notes += [Note("estimate", text) for text in of_estimate]
     matches, result = outcome.matches, outcome.result
@@ -264,7 +266,7 @@ def _score_trajectory(
         read=poses,
         matches=matches,
         result=result,
-        tas_seeds=[result.tas.score, *tas_of_other_seeds(matches, settings)],
+        tas_seeds=[result.tas.score, *other_seeds],
         half_distance=half_distance,
         ate=_ate(pairs, settings),
         metrics=metrics,

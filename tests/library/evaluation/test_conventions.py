@@ -279,8 +279,9 @@ def test_of_two_files_in_the_same_frame_either_one_may_be_inverted(far):
         est = gt.copy()
         est[:, :3, 3] += rng.normal(0, 0.3, (100, 3))
         for pair in ((gt, inverse_poses(est)), (inverse_poses(gt), est)):
-            text = notes_on_conventions(*pair)["inverted"]
-            assert text.startswith("the poses of the reference or the estimate seem")
+            (text,) = [str(note) for note in evaluate(*pair).notes if note.kind == "inverted"]
+            for name in ("the reference", "the estimate"):
+                assert f"the poses of {name} seem to be world-to-camera (PAS" in text
 
 
 def test_drift_about_the_origin_is_no_inversion():

@@ -87,7 +87,7 @@ def test_a_rotation_of_the_camera_frame_is_removed(score, run, kitti, examples, 
     assert ("; --est_invert --body_rotation auto corrects it\n" in err) == inverted
     if not inverted:
         _, _, err = run(*files, "--invert")
-        assert "; leave out --est_invert --body_rotation auto\n" in err
+        assert "; leave out --est_invert, and add --body_rotation auto\n" in err
     (plain,) = score(*files, *options)
     assert plain["body_rotation"] is None
     assert plain["RAS"] < honest["RAS"] / 3

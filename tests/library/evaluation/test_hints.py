@@ -394,6 +394,48 @@ def test_an_inversion_of_the_wrong_file_is_left_out():
     assert hint.endswith("--ref_invert corrects it; leave out --est_invert")
 
 
+def test_of_two_files_that_may_be_inverted_each_has_its_remedy_and_score():
+    """In one frame, inverse poses of one file may as well be true ones of the other."""
+    rng = np.random.default_rng(4)
+    times, truth = winding(rng)
+    estimate = truth.copy()
+    estimate[:, :3, 3] += rng.normal(0, 0.02, (len(truth), 3))
+    pair = Trajectory(times, truth), Trajectory(times, estimate)
+    (hint,) = hints(*pair, ref_invert=True)
+    scores = [evaluate(*pair, ref_invert=both, invert=both).pas for both in (True, False)]
+    assert f", {scores[0]:.3f} corrected); --est_invert corrects it; or the poses" in str(hint)
+    assert str(hint).endswith(f"(PAS {scores[1]:.3f} corrected); leave out --ref_invert")
+
+
+def test_of_an_orbit_only_the_file_whose_inversion_can_be_scored_is_named():
+    """Most of its inverse poses are at the same place."""
+    rng = np.random.default_rng(1)
+    turn = Rotation.from_rotvec(np.linspace(0, 6, 100)[:, None] * [0, 0, 1]).as_matrix()
+    truth = np.tile(np.eye(4), (100, 1, 1))
+    truth[:, :3, :3], truth[:, :3, 3] = turn, turn @ [3.0, 0, 0.5]
+    truth[::5, :3, 3] *= 1.3
+    estimate = truth.copy()
+    estimate[:, :3, 3] += rng.normal(0, 0.01, (100, 3))
+    (hint,) = hints(truth, inverse_poses(estimate))
+    assert hint.text.startswith("the poses of the estimate seem to be world-to-camera")
+    assert hint.remedy == "--est_invert corrects it"
+
+
+def test_a_camera_frame_beside_transposed_rotations_has_its_remedy():
+    rng = np.random.default_rng(4)
+    times, truth = winding(rng)
+    estimate = disturbed(truth, rng) @ np.diag([1.0, -1.0, -1.0, 1.0])
+    transposed = estimate.copy()
+    transposed[:, :3, :3] = estimate[:, :3, :3].swapaxes(1, 2)
+    (hint,) = hints(Trajectory(times, truth), Trajectory(times, transposed))
+    assert "and the camera frame of the estimate is rotated" in hint.text
+    assert hint.remedy == "transpose them in the file, and add --body_rotation auto"
+    corrected = evaluate(
+        Trajectory(times, truth), Trajectory(times, estimate), body_rotation="auto"
+    )
+    assert f"{corrected.pas:.3f} corrected" in hint.text
+
+
 def test_the_hint_on_a_clock_names_an_offset_that_was_given():
     rng = np.random.default_rng(5)
     times, truth = winding(rng)
@@ -547,6 +589,13 @@ def test_a_reference_in_hours_has_no_motions_to_compare():
         evaluate(reference, Trajectory(1e6 + times, disturbed(truth, rng)))
 
 
+def test_a_single_pose_has_no_unit_of_time():
+    _, truth = winding(np.random.default_rng(14))
+    times = np.arange(float(len(truth)))
+    with pytest.raises(ValueError, match=r"only 1 of 1 poses could be matched .*\)$"):
+        evaluate(Trajectory(times, truth), Trajectory(times[:1], truth[:1]))
+
+
 def test_swapped_axes_of_positions_and_rotations_are_named():
     """In another camera frame only rotations would fit."""
     rng = np.random.default_rng(9)
@@ -571,8 +620,9 @@ def test_conventions_that_fit_as_well_are_all_named():
     assert "world-to-camera, positions not" in str(hint)
 
 
+@pytest.mark.parametrize("alignment", ["similarity", "yaw", "none"])
 @pytest.mark.parametrize("seed", range(5))
-def test_a_drift_of_the_height_is_no_mirror(seed):
+def test_a_drift_of_the_height_is_no_mirror(seed, alignment):
     """Of a road, which is nearly a plane."""
     rng = np.random.default_rng(seed)
     times = np.arange(1500) / 10
@@ -584,7 +634,8 @@ def test_a_drift_of_the_height_is_no_mirror(seed):
     truth[:, 2, 3] = np.sin(times / 20)
     estimate = truth.copy()
     estimate[:, 2, 3] += 0.05 * rng.normal(size=1500).cumsum()
-    assert hints(Trajectory(times, truth), Trajectory(times, estimate)) == []
+    pair = Trajectory(times, truth), Trajectory(times, estimate)
+    assert hints(*pair, alignment=alignment) == []
 
 
 def test_a_reference_that_stands_still_is_refused_as_such():

@@ -88,6 +88,20 @@ def test_motion_that_does_not_determine_it_is_refused():
         evaluate(reference, Trajectory(estimate.keys, poses), lever_arm="auto")
 
 
+def test_poses_at_the_stamps_of_a_sparse_reference_do_not_miss_them():
+    reference, estimate = run(100, sigma=0.05)
+    sparse = Trajectory(reference.keys[::10], reference.poses[::10])
+    with pytest.raises(ValueError, match=r"no lever arm is found: .* uncertain by [\d., ]*$"):
+        evaluate(sparse, estimate, lever_arm="auto")
+
+
+def test_a_run_that_has_failed_needs_no_lever_arm():
+    reference, estimate = run()
+    still = Trajectory(estimate.keys, np.tile(estimate.poses[0], (len(estimate.keys), 1, 1)))
+    evaluation = evaluate(reference, still, lever_arm="auto")
+    assert (evaluation.tas, evaluation.lost) == (0, 1)
+
+
 def test_a_lever_arm_needs_rotations():
     reference, _ = run()
     with pytest.raises(ValueError, match="lever_arm needs rotations, which the estimate lacks"):

@@ -65,6 +65,24 @@ def test_by_pcr99_a_pose_that_answers_for_many_frames_does_not_fit_itself():
     assert scored == pytest.approx(np.mean(once), abs=0.002)
 
 
+def test_what_cannot_be_aligned_by_any_seed_has_one_note():
+    reference, estimate, _ = scene()
+    names = estimate.keys[:8]
+    line = estimate.poses[:8].copy()
+    line[:, :3, 3] = np.outer([0, 1, 0, 1, 0, 1, 0, 1], np.ones(3))
+    notes = evaluate(reference, Trajectory(names, line), registration="pcr99").notes
+    assert sum("cannot be aligned" in note.text for note in notes) == 1
+
+
+def test_a_position_of_a_run_that_diverged_is_far_off_however_far():
+    reference, estimate, _ = scene()
+    scores = []
+    for far in (1e6, 1e200):
+        estimate.poses[7, :3, 3] = far
+        scores.append(evaluate(reference, estimate, alignment="rigid").pas)
+    assert scores[0] == scores[1]
+
+
 def test_few_poses_of_many_frames_have_no_half_score_distance():
     """A similarity fits two of four random ones, and with them half of the frames."""
     rng, stamps = np.random.default_rng(0), np.arange(0, 7, 0.1)
