@@ -581,6 +581,17 @@ def test_unrelated_paths_are_no_mirror_images():
     assert hints(*paths) == []
 
 
+@pytest.mark.parametrize("seed", [17, 23, 30, 31])
+def test_unrelated_turns_are_no_camera_frame(seed):
+    """Some constant rotation makes short walks alike, but not that of one half the other half."""
+    rng = np.random.default_rng(seed)
+    paths = np.tile(np.eye(4), (2, 60, 1, 1))
+    turns = 0.02 * rng.normal(size=(2, 60, 3)).cumsum(axis=1).reshape(-1, 3)
+    paths[:, :, :3, :3] = Rotation.from_rotvec(turns).as_matrix().reshape(2, 60, 3, 3)
+    paths[:, :, :3, 3] = 0.1 * rng.normal(size=(2, 60, 3)).cumsum(axis=1)
+    assert hints(*paths) == []
+
+
 def test_a_reference_in_hours_has_no_motions_to_compare():
     rng = np.random.default_rng(14)
     times, truth = winding(rng)
