@@ -411,7 +411,7 @@ def _units_and_clocks(state: _State, files: Files) -> Iterator[_Remedy]:
 
 
 def _clocks_and_conventions(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the offset of the clocks, with a convention if it raises the score only then."""
+    """Yield the offset of the clocks, with a convention if both raise the score clearly more."""
     for clock in chain(_clocks(state, files), _shifts(state, files)):
         yield clock
         on_time = state.after(clock)
@@ -419,13 +419,18 @@ def _clocks_and_conventions(state: _State, files: Files) -> Iterator[_Remedy]:
             continue
         if _is_clear(state.scored, on_time.scored, clock.min_t):
             continue
+        others = chain(_conventions(state, files), _mirrored(state, files))
+        tried = [after for after in map(state.after, others) if after]
+        alone = max([state, *tried], key=lambda after: after.score)
         for other in chain(_conventions(on_time, files), _mirrored(on_time, files)):
-            yield replace(
-                other,
-                text=f"{clock.text}; and {other.text}",
-                option=f"{clock.option}; {other.option}",
-                changes={**clock.changes, **other.changes},
-            )
+            both = on_time.after(other)
+            if both and both.scored and _is_clear(alone.scored, both.scored, other.min_t):
+                yield replace(
+                    other,
+                    text=f"{clock.text}; and {other.text}",
+                    option=f"{clock.option}; {other.option}",
+                    changes={**clock.changes, **other.changes},
+                )
 
 
 def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
