@@ -14,7 +14,7 @@ nearly as strong, and its standard error is small.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -302,7 +302,8 @@ def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple
     Displacements and rotations are compared as vectors, after the similarity that fits them. The
     rotation from one pose to the next is that in the frame of the camera, for inverted poses that
     in the coordinate frame. Where poses are mixed up otherwise, only angles agree. These are larger
-    by noise, and count only if they are far more precise.
+    by noise, and count only if they are far more precise. Where turns get tighter, the bias of a
+    gyroscope would pass for an offset; the standard error is at least that beside a bias.
     """
     if not ref.rotations:  # speeds leave a broad peak
         near = offset + np.arange(-SPAN, SPAN + step, step)
@@ -313,9 +314,12 @@ def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple
         for pair in ((_in_camera, _in_camera), (_in_camera, _in_frame), (_in_frame, _in_camera))
     ]
     best = min(vectors, key=lambda comparison: comparison.left(offset))
-    by_vectors = _least_squares(best, near, step)
-    by_angles = _least_squares(_Comparison(ref, motions, _angles, _angles), near, step)
-    return by_angles if by_vectors[1] > MIXED_UP * by_angles[1] else by_vectors
+    angles = _Comparison(ref, motions, _angles, _angles)
+    (seconds, error), by_angles = (_least_squares(each, near, step) for each in (best, angles))
+    if error > MIXED_UP * by_angles[1]:
+        best, (seconds, error) = angles, by_angles
+    _, error_if_biased = _least_squares(replace(best, is_biased=True), near, step)
+    return seconds, max(error, error_if_biased)
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,6 +330,7 @@ class _Comparison:
     motions: _Motions
     of_ref: _Vectors
     of_est: _Vectors
+    is_biased: bool = False  # whether those of the estimate may be off by a constant
 
     def true(self, offset: float) -> tuple[Floats, Booleans]:
         """Return the motions of the reference at an offset, and which of them are known."""
@@ -345,6 +350,25 @@ class _Comparison:
         for stretch in _stretches(moves, true, rows):
             difference[stretch.rows] = true[stretch.rows] @ stretch.matrix - moves[stretch.rows]
         return float(np.linalg.norm(difference[rows], axis=1).mean()) if len(rows) else np.inf
+
+    def unexplained(self, stretch: "_Stretch", aligned: Floats, *vectors: Floats) -> Floats:
+        """Return vectors without what another rotation and scale explain, drift or a bias.
+
+        On an orbit drift turns displacements as the clock does. Rotations are compared in the frame
+        of the camera.
+        """
+        n, size = aligned.shape
+        causes = [np.broadcast_to(np.eye(size), (n, size, size))] if self.is_biased else []
+        if size > 1:
+            alignment = np.stack([*np.cross(np.eye(3)[:, None], aligned), aligned], axis=-1)
+            drift = np.linspace(-1, 1, n)[:, None, None] * alignment
+            causes += [alignment] if self.ref.rotations else [alignment, drift]
+        both = np.stack(vectors, axis=-1)
+        if not causes:
+            return np.moveaxis(both, -1, 0)
+        explained = np.concatenate(causes, axis=-1)
+        on, of = (array[stretch.fits].reshape(-1, array.shape[-1]) for array in (explained, both))
+        return np.asarray(np.moveaxis(both - explained @ np.linalg.lstsq(on, of)[0], -1, 0))
 
 
 def _angles(first: Floats, second: Floats) -> Floats:
@@ -391,8 +415,7 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
         for stretch in _stretches(moves, now, rows):
             part, aligned = stretch.rows, now[stretch.rows] @ stretch.matrix
             vectors = aligned - moves[part], slopes[part] @ stretch.matrix
-            drifts = not comparison.ref.rotations
-            difference[part], slopes[part] = stretch.unexplained(aligned, *vectors, drifts=drifts)
+            difference[part], slopes[part] = comparison.unexplained(stretch, aligned, *vectors)
         sizes = np.linalg.norm(difference[rows], axis=1)
         rows = rows[sizes <= OUTLIER * np.median(sizes)] if len(rows) else rows
         blocks = np.arange(len(rows)) * BLOCKS // max(len(rows), 1)
@@ -424,31 +447,23 @@ class _Stretch(NamedTuple):
     fits: Booleans
     matrix: Floats
 
-    def unexplained(self, aligned: Floats, *vectors: Floats, drifts: bool) -> Floats:
-        """Return vectors without what another rotation and scale explain.
-
-        Those of displacements may drift, which would pass for an offset: on an orbit it turns the
-        path as the clock does. Rotations are compared in the frame of the camera.
-        """
-        alignment = np.stack([*np.cross(np.eye(3)[:, None], aligned), aligned], axis=-1)
-        if drifts:
-            time = np.linspace(-1, 1, len(aligned))[:, None, None]
-            alignment = np.concatenate([alignment, time * alignment], axis=-1)
-        both = np.stack(vectors, axis=-1)
-        on, of = (array[self.fits].reshape(-1, array.shape[-1]) for array in (alignment, both))
-        return np.asarray(np.moveaxis(both - alignment @ np.linalg.lstsq(on, of)[0], -1, 0))
-
 
 def _stretches(moves: Floats, true: Floats, rows: Indices) -> list[_Stretch]:
-    """Return the stretches of some rows in which vectors are aligned; none for angles."""
-    if moves.shape[1] == 1 or not len(rows):
+    """Return the stretches of some rows, in which vectors are aligned."""
+    if not len(rows):
         return []
     n = int(np.clip(len(rows) // MIN_MOTIONS, 1, ALIGNMENTS))
     return [_aligned(part, moves[part], true[part]) for part in np.array_split(rows, n)]
 
 
 def _aligned(rows: Indices, moves: Floats, true: Floats) -> _Stretch:
-    """Return how true vectors are rotated and scaled to those of an estimate; without outliers."""
+    """Return how true vectors are rotated and scaled to those of an estimate; without outliers.
+
+    Angles are as they are.
+    """
+    if true.shape[1] == 1:
+        off = np.abs(true - moves - np.median(true - moves))[:, 0]
+        return _Stretch(rows, off <= OUTLIER * np.median(off), np.eye(1))
     fits = np.ones(len(true), dtype=bool)
     for _ in range(3):
         u, sizes, vt = np.linalg.svd(moves[fits].T @ true[fits])

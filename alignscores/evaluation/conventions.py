@@ -95,7 +95,8 @@ def find_conventions(
 
     They are reported if they raise the RAS by 0.1, or where rotations and positions do not have the
     same alignment by 0.3 or half of what is missing to 1: noise, lost cameras or drift fit under
-    none so much better. Where both are inverted, their rotations may agree; then their positions
+    none so much better. A mistake and another camera frame must explain 0.1 more than one of the
+    two. Where both are inverted, their rotations may agree; then their positions
     show it. Those that fit equally well are all reported, the likeliest first. `inverted` are the
     files whose poses were inverted when they were read.
     """
@@ -118,11 +119,12 @@ def find_conventions(
         fit for fit in fits if fit.ras >= (min_ras if fit.is_consistent else min_ras_inconsistent)
     ]
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
+    one = max((fit.ras for fit in better if not fit.is_double), default=0.0)
+    better = [fit for fit in better if not fit.is_double or fit.ras >= one + MIN_GAIN]
     highest = max((fit.ras for fit in better), default=0.0)
     better = [fit for fit in better if fit.ras > highest - EQUAL]
     conventions: dict[tuple[str, str], Convention] = {}
     for fit in better:
-        is_none = rotation_angles(fit.body[None])[0] <= NEAR_DEG
         mistake, side = fit.pair.mistake, fit.pair.side
         is_ambiguous = any(
             other.pair.mistake == mistake
@@ -130,7 +132,7 @@ def find_conventions(
             and np.allclose(other.body, fit.body, atol=1e-6)
             for other in better
         )
-        body = None if is_none else fit.body
+        body = None if fit.has_same_axes else fit.body
         convention = Convention(mistake, side, body, is_ambiguous, fit.pair.inverted)
         conventions.setdefault((mistake, side if is_ambiguous else ""), convention)
     return list(conventions.values())
@@ -154,6 +156,16 @@ class _Candidate(NamedTuple):
     apart_deg: float  # between the alignments of rotations and positions; nan if these have none
     pair: _Pair
     body: Floats
+
+    @property
+    def has_same_axes(self) -> bool:
+        """Whether B is the identity, or no more than inaccuracy."""
+        return bool(rotation_angles(self.body[None])[0] <= NEAR_DEG)
+
+    @property
+    def is_double(self) -> bool:
+        """Whether it takes a mistake and another camera frame."""
+        return bool(self.pair.mistake) and not self.has_same_axes
 
     @property
     def is_consistent(self) -> bool:

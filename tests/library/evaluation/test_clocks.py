@@ -134,6 +134,22 @@ def test_outliers_leave_an_offset_certain(step, share):
     assert added == pytest.approx(-0.4, abs=0.01)
 
 
+@pytest.mark.parametrize("bias", [0.005, 0.02])  # in rad/s
+def test_the_bias_of_a_gyroscope_is_no_offset(bias):
+    """In a bend that gets tighter, both add to the angles by which a car turns."""
+    times = np.arange(200) / 10
+    rate = 0.05 + 0.2 * (1 - np.cos(np.pi * times / 20))
+    drives = np.tile(np.eye(4), (2, len(times), 1, 1))
+    for drive, turning in zip(drives, (rate, rate + bias), strict=True):
+        heading = np.cumsum(turning / 10)
+        drive[:, :3, :3] = Rotation.from_euler("z", heading[:, None]).as_matrix()
+        drive[:, :3, 3] = 0.8 * np.cumsum(drive[:, :3, 0], axis=0)
+    estimate = disturbed(Trajectory(times, drives[1]), 0, sigma=0.003)
+    assert offset(Trajectory(times, drives[0]), estimate)[0] == 0
+    notes = evaluate(Trajectory(times, drives[0]), estimate).notes
+    assert "clock" not in {note.kind for note in notes}
+
+
 def test_speeds_show_what_rotations_leave_open():
     """A car on a straight road, whose rotations are noise."""
     truth = walk()
