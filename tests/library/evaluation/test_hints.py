@@ -112,7 +112,11 @@ def test_a_hint_names_the_file_and_its_remedy_gives_the_right_scores(case, comma
 @pytest.mark.parametrize(
     ("name", "files", "words"),
     [
-        ("09-unity-left-handed", "unity.txt colmap.txt", "the reference, or the estimate, is left-handed"),
+        (
+            "09-unity-left-handed",
+            "unity.txt colmap.txt",
+            "the reference, or the estimate, is left-handed",
+        ),
         ("10-relative-poses", "gt.txt relative_n.txt", "rows of relative_n.txt seem to be motions"),
         (
             "10-relative-poses",
