@@ -398,6 +398,7 @@ class PositionFit(NamedTuple):
     misfit: float = np.inf
     rotation: Floats | None = None
     scale: float = np.nan
+    certain: float = 0.0  # a larger misfit leaves the rotation about the longest axis open
 
     @property
     def error(self) -> float:
@@ -424,4 +425,4 @@ def fit_positions(gt_poses: Floats, est_poses: Floats) -> PositionFit:
     certain = np.radians(CONSISTENT_DEG) * widths[1] / widths[0]  # about the longest axis
     has_rotation = misfit < min(MAX_MISFIT, certain)
     rotation = alignment.rotation if has_rotation else None
-    return PositionFit(errors, misfit, rotation, alignment.scale)
+    return PositionFit(errors, misfit, rotation, alignment.scale, float(certain))

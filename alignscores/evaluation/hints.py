@@ -674,16 +674,25 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
             est = _from_identity(est, reference)
         elif not state.scored and side == REF:
             ref = _from_identity(ref, estimate)
-        if not is_named:
-            fit = _fit(ref, est)
-            fits = fit.is_much_better_than(now) if now else fit.misfit <= MAX_MISFIT
-            if not fits or (side == BOTH and now and fit.error > now.error):
-                continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
         factors = "the product of their inverses" if inverse else "their product"
         option = f"write {factors}, pose by pose"
         option += ", starting from the identity" if leads_away or not state.scored else ""
-        yield _Remedy("increments", text, option, ref, est)
+        remedy = _Remedy("increments", text, option, ref, est)
+        if is_named:
+            after = state.after(remedy)
+            if after is None or after.scored is None:
+                continue
+            rows = _sample(after.scored)
+            fit = fit_positions(after.scored.gt_poses[rows], after.scored.est_poses[rows])
+        else:
+            fit = _fit(ref, est)
+        fits = fit.is_much_better_than(now) if now else fit.misfit <= MAX_MISFIT
+        if not fits or fit.misfit > fit.certain:  # as of straight paths, which are all alike
+            continue
+        if side == BOTH and now and fit.error > now.error:
+            continue
+        yield remedy
 
 
 def _fit(reference: Trajectory, estimate: Trajectory) -> PositionFit:

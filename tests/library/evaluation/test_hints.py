@@ -585,6 +585,19 @@ def test_unrelated_paths_are_no_mirror_images():
     assert hints(*paths) == []
 
 
+@pytest.mark.parametrize("keys", [np.arange(60), np.char.add("image_", np.arange(60).astype(str))])
+def test_a_straight_path_shows_no_motions(keys):
+    """A product of many poses may be nearly straight, and all straight paths are alike."""
+    times = np.arange(60) / 10
+    circle, straight = np.tile(np.eye(4), (2, 60, 1, 1))
+    circle[:, :3, :3] = Rotation.from_rotvec(np.outer(times, [0, 0, 1])).as_matrix()
+    circle[:, :3, 3] = [*np.transpose([np.cos(times), np.sin(times), 0 * times]), 1.0, 2.0, -2.0]
+    heading = 0.02 * np.sin(times)
+    straight[:, :3, :3] = Rotation.from_rotvec(np.outer(heading, [0, 0, 1])).as_matrix()
+    straight[:, :3, 3] = np.transpose([8 * times, 8 * heading, 0 * times])
+    assert hints(Trajectory(keys, circle), Trajectory(keys, straight)) == []
+
+
 @pytest.mark.parametrize("seed", [17, 23, 30, 31])
 def test_unrelated_turns_are_no_camera_frame(seed):
     """Some constant rotation makes short walks alike, but not that of one half the other half."""
