@@ -591,7 +591,7 @@ def test_a_straight_path_shows_no_motions(keys):
     times = np.arange(60) / 10
     circle, straight = np.tile(np.eye(4), (2, 60, 1, 1))
     circle[:, :3, :3] = Rotation.from_rotvec(np.outer(times, [0, 0, 1])).as_matrix()
-    circle[:, :3, 3] = [*np.transpose([np.cos(times), np.sin(times), 0 * times]), 1.0, 2.0, -2.0]
+    circle[:, :3, 3] = np.transpose([1 + np.cos(times), 2 + np.sin(times), 0 * times - 2])
     heading = 0.02 * np.sin(times)
     straight[:, :3, :3] = Rotation.from_rotvec(np.outer(heading, [0, 0, 1])).as_matrix()
     straight[:, :3, 3] = np.transpose([8 * times, 8 * heading, 0 * times])
