@@ -177,10 +177,25 @@ def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
     """Return how well rotations fit with these axes of the cameras, None for any."""
     body = _fitted_frame(pair.gt, pair.est, pair.positions.rotation) if axes is None else axes
     ras, frame = _ras(pair.gt, pair.est, body)
+    if axes is None:
+        ras -= _optimism(pair)
     apart = np.nan
     if pair.positions.rotation is not None:
         apart = float(rotation_angles((pair.positions.rotation.T @ frame)[None])[0])
     return _Candidate(ras, apart, pair, body)
+
+
+def _optimism(pair: _Pair) -> float:
+    """Return by how much the RAS of either half is higher under its own B than the other half's.
+
+    Some B makes the turns of two short walks alike that have nothing to do with each other.
+    """
+    half = len(pair.gt) // 2
+    halves = [(pair.gt[rows], pair.est[rows]) for rows in (np.s_[:half], np.s_[half:])]
+    first, second = (_fitted_frame(*part, pair.positions.rotation) for part in halves)
+    own = _ras(*halves[0], first)[0] + _ras(*halves[1], second)[0]
+    others = _ras(*halves[0], second)[0] + _ras(*halves[1], first)[0]
+    return max(own - others, 0.0) / 2
 
 
 def _candidates(
@@ -383,6 +398,7 @@ class PositionFit(NamedTuple):
     misfit: float = np.inf
     rotation: Floats | None = None
     scale: float = np.nan
+    certain: float = 0.0  # a larger misfit leaves the rotation about the longest axis open
 
     @property
     def error(self) -> float:
@@ -409,4 +425,4 @@ def fit_positions(gt_poses: Floats, est_poses: Floats) -> PositionFit:
     certain = np.radians(CONSISTENT_DEG) * widths[1] / widths[0]  # about the longest axis
     has_rotation = misfit < min(MAX_MISFIT, certain)
     rotation = alignment.rotation if has_rotation else None
-    return PositionFit(errors, misfit, rotation, alignment.scale)
+    return PositionFit(errors, misfit, rotation, alignment.scale, float(certain))

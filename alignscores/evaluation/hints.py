@@ -674,16 +674,25 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
             est = _from_identity(est, reference)
         elif not state.scored and side == REF:
             ref = _from_identity(ref, estimate)
-        if not is_named:
-            fit = _fit(ref, est)
-            fits = fit.is_much_better_than(now) if now else fit.misfit <= MAX_MISFIT
-            if not fits or (side == BOTH and now and fit.error > now.error):
-                continue
         text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
         factors = "the product of their inverses" if inverse else "their product"
         option = f"write {factors}, pose by pose"
         option += ", starting from the identity" if leads_away or not state.scored else ""
-        yield _Remedy("increments", text, option, ref, est)
+        remedy = _Remedy("increments", text, option, ref, est)
+        fit = _fit_by_name(state, remedy) if is_named else _fit(ref, est)
+        fits = fit.is_much_better_than(now) if now else fit.misfit <= MAX_MISFIT
+        grows = side == BOTH and now is not None and fit.error > now.error
+        if fits and fit.misfit <= fit.certain and not grows:  # straight paths are all alike
+            yield remedy
+
+
+def _fit_by_name(state: _State, remedy: _Remedy) -> PositionFit:
+    """Return how well positions fit after a remedy, as scoring matches them."""
+    after = state.after(remedy)
+    if after is None or after.scored is None:
+        return PositionFit(np.zeros((0, 3)))
+    rows = _sample(after.scored)
+    return fit_positions(after.scored.gt_poses[rows], after.scored.est_poses[rows])
 
 
 def _fit(reference: Trajectory, estimate: Trajectory) -> PositionFit:

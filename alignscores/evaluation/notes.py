@@ -215,6 +215,8 @@ def alignments(evaluation: Evaluation) -> Note | None:
     if not (evaluation.has_rotations and min(tas.score, ras.score) > 0.5):
         return None
     positions = evaluation.matches.gt_poses[:, :3, 3]
+    if len(positions) < 2:
+        return None
     _, widths, axes = np.linalg.svd(positions - positions.mean(axis=0), full_matrices=False)
     between = tas.alignment.rotation.T @ ras.alignment
     angle = float(rotation_angles(between[None])[0])

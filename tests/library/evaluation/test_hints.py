@@ -112,7 +112,11 @@ def test_a_hint_names_the_file_and_its_remedy_gives_the_right_scores(case, comma
 @pytest.mark.parametrize(
     ("name", "files", "words"),
     [
-        ("09-unity-left-handed", "unity.txt colmap.txt", "the reference, or the estimate, is left-handed"),
+        (
+            "09-unity-left-handed",
+            "unity.txt colmap.txt",
+            "the reference, or the estimate, is left-handed",
+        ),
         ("10-relative-poses", "gt.txt relative_n.txt", "rows of relative_n.txt seem to be motions"),
         (
             "10-relative-poses",
@@ -578,6 +582,30 @@ def test_unrelated_paths_are_no_mirror_images():
         Rotation.from_rotvec(0.05 * steps[::2].reshape(-1, 3)).as_matrix().reshape(2, 300, 3, 3)
     )
     paths[:, :, :3, 3] = steps[1::2]
+    assert hints(*paths) == []
+
+
+@pytest.mark.parametrize("keys", [np.arange(60), np.char.add("image_", np.arange(60).astype(str))])
+def test_a_straight_path_shows_no_motions(keys):
+    """A product of many poses may be nearly straight, and all straight paths are alike."""
+    times = np.arange(60) / 10
+    circle, straight = np.tile(np.eye(4), (2, 60, 1, 1))
+    circle[:, :3, :3] = Rotation.from_rotvec(np.outer(times, [0, 0, 1])).as_matrix()
+    circle[:, :3, 3] = np.transpose([1 + np.cos(times), 2 + np.sin(times), 0 * times - 2])
+    heading = 0.02 * np.sin(times)
+    straight[:, :3, :3] = Rotation.from_rotvec(np.outer(heading, [0, 0, 1])).as_matrix()
+    straight[:, :3, 3] = np.transpose([8 * times, 8 * heading, 0 * times])
+    assert hints(Trajectory(keys, circle), Trajectory(keys, straight)) == []
+
+
+@pytest.mark.parametrize("seed", [17, 23, 30, 31])
+def test_unrelated_turns_are_no_camera_frame(seed):
+    """Some constant rotation makes short walks alike, but not that of one half the other half."""
+    rng = np.random.default_rng(seed)
+    paths = np.tile(np.eye(4), (2, 60, 1, 1))
+    turns = 0.02 * rng.normal(size=(2, 60, 3)).cumsum(axis=1).reshape(-1, 3)
+    paths[:, :, :3, :3] = Rotation.from_rotvec(turns).as_matrix().reshape(2, 60, 3, 3)
+    paths[:, :, :3, 3] = 0.1 * rng.normal(size=(2, 60, 3)).cumsum(axis=1)
     assert hints(*paths) == []
 
 

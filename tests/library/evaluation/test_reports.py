@@ -48,7 +48,12 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
     ("07", "colmap gt results.txt", (0.856, 0.862), "matched by the end of their path"),
     ("07", "gt results.txt", (0.856, 0.862), "matched by the end of their path"),
     ("08", "Alpha_gt.txt est.txt --alignment rigid", (0.99, None, 0.078), "too sparse"),
-    ("09", "unity.txt colmap.txt", (0.326, 0.066), "the reference, or the estimate, is left-handed"),
+    (
+        "09",
+        "unity.txt colmap.txt",
+        (0.326, 0.066),
+        "the reference, or the estimate, is left-handed",
+    ),
     ("09", "nerf unity_transforms.json colmap --est_format colmap", (0.326, 0.066), "left-hand"),
     ("10", "kitti gt.txt relative.txt", "motions from frame to frame", ""),
     ("10", "kitti gt_rel.txt relative.txt", (0.01, 0.958), "motions from frame to frame"),

@@ -83,6 +83,15 @@ def test_a_position_of_a_run_that_diverged_is_far_off_however_far():
     assert scores[0] == scores[1]
 
 
+def test_a_single_frame_of_a_given_d_has_scores():
+    reference, _, _ = scene()
+    keys = np.arange(8) / 30
+    turned = np.diag([-1.0, -1.0, 1.0, 1.0]) @ reference.poses[:8]
+    pair = Trajectory(keys, reference.poses[:8]), Trajectory(keys, turned)
+    evaluation = evaluate(*pair, unit=0.1, rate=1, alignment="rigid")
+    assert (len(evaluation.matches.keys), evaluation.pas) == (1, 1)
+
+
 def test_few_poses_of_many_frames_have_no_half_score_distance():
     """A similarity fits two of four random ones, and with them half of the frames."""
     rng, stamps = np.random.default_rng(0), np.arange(0, 7, 0.1)
