@@ -50,6 +50,19 @@ class Benchmark:
     left_out: list[str] = field(default_factory=list)  # sequences without a reference or a run
     sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)  # settings
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
+    expected: Mapping[str, int] = field(default_factory=dict)  # runs of a system, as YAML says
+    expect_all: bool = False
+
+    def without_copies(self, copies: Collection[Run]) -> list[Run]:
+        """Return the runs that are there, and those that are missing where copies do not count."""
+        runs = []
+        for system in dict.fromkeys(run.system for run in self.runs):
+            paths: dict[str, dict[str, str]] = {sequence: {} for sequence in self.references}
+            for run in self.runs:
+                if run.system == system and run.file:
+                    paths[run.sequence][run.run] = run.file
+            runs += _runs_of_system(system, paths, self.expected, self.expect_all, copies)
+        return runs
 
 
 def from_files(
@@ -107,13 +120,21 @@ def from_patterns(
             if name == system and sequence in with_runs:
                 paths[sequence][run] = path
         if any(paths.values()):
-            number = expected.get(system, expected.get(""))
-            runs += _runs_of_system(system, paths, number, expect_all)
+            runs += _runs_of_system(system, paths, expected, expect_all)
         else:
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
     runs.sort(key=lambda run: list(with_runs).index(run.sequence))
     format = format or recognise(next(iter(ref_files)), columns)
-    return Benchmark(format, with_runs, runs, problems, [*ref_files, *est_files], left_out)
+    return Benchmark(
+        format,
+        with_runs,
+        runs,
+        problems,
+        [*ref_files, *est_files],
+        left_out,
+        expected=expected,
+        expect_all=expect_all,
+    )
 
 
 def _find_files(
@@ -180,15 +201,24 @@ def _with_runs(
 
 
 def _runs_of_system(
-    system: str, paths: Mapping[str, Mapping[str, str]], expected: int | None, expect_all: bool
+    system: str,
+    paths: Mapping[str, Mapping[str, str]],
+    expected: Mapping[str, int],
+    expect_all: bool,
+    copies: Collection[Run] = (),
 ) -> list[Run]:
     """Return the runs of a system from its paths by sequence and run, also missing ones."""
-    most_runs = max(paths.values(), key=len)
-    number = expected or len(most_runs)
+    number_in_yaml = expected.get(system, expected.get(""))
+    distinct = [
+        [name for name in files if Run(sequence, system, name, files[name]) not in copies]
+        for sequence, files in paths.items()
+    ]
+    most_runs = max(distinct, key=len)
+    number = number_in_yaml or len(most_runs)
     names = dict.fromkeys([*sorted(most_runs, key=_natural_key), *map(str, range(1, number + 1))])
     runs = []
     for sequence, files in paths.items():
-        if not files and expected is None and not expect_all:  # not tried, so not failed
+        if not files and number_in_yaml is None and not expect_all:  # not tried, so not failed
             continue
         missing = [name for name in names if name not in files][: max(number - len(files), 0)]
         runs += [
