@@ -169,7 +169,7 @@ def _error_traces(
     marker = {
         **scale,
         "color": np.minimum(errors[has_pose], limit),
-        "symbol": np.where(far[has_pose], "x", "circle").tolist(),
+        "symbol": np.where(far[has_pose], "cross", "circle").tolist(),  # fonts may lack "x"
     }
     ways = np.stack([path, positions, np.full_like(path, np.nan)], axis=1)[far].reshape(-1, 3)
     no_name: dict[str, Any] = {"showlegend": False, "hoverinfo": "skip"}
@@ -195,7 +195,7 @@ def _scene(path: Floats, unit: str) -> dict[str, Any]:
     up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
     eye, center = (  # the labels are below the box and to the left, also on a narrow screen
         dict(zip("xyz", np.roll(point, thin).tolist(), strict=True))
-        for point in ([2.7, -1.9, -1.9], [-0.1, -0.1, 0.1])
+        for point in ([2.7, -1.9, -1.9], [-0.1, -0.15, 0.15])
     )
     return {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye, "center": center}}
 
