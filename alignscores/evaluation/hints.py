@@ -266,13 +266,15 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
         if "" in units.values():
             continue
         text = " and ".join(f"{unit} in {files.name(side)}" for side, unit in units.items())
+        if len(units) == 2 and len({*units.values()}) == 1:
+            text = f"{units[REF]} in {files.name(BOTH)}"
         columns = {side: f"t_{unit}" for side, unit in units.items()}
         option = _columns(state, files, columns)
-        steps = [np.median(np.diff(np.sort(poses.keys))) for poses in (reference, estimate)]
+        steps = [np.median(np.diff(np.sort(poses.keys))) for poses in (ref, est)]
         yield _Remedy(
             "units",
-            f"time stamps seem to be {text}: as seconds their steps are {steps[0]:.3g} s in "
-            f"{files.reference} and {steps[1]:.3g} s in {files.estimate}",
+            f"time stamps seem to be {text}, with steps of {steps[0]:.3g} s in {files.reference} "
+            f"and {steps[1]:.3g} s in {files.estimate}",
             f"{option} names the unit" if option else "write seconds",
             ref,
             est,
@@ -590,9 +592,9 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield swapped columns of a file without rotations, and a mirrored reference."""
     reference, estimate = state.reference, state.estimate
     text = (
-        f"{files.reference} and {files.estimate} are mirror images: the reference is left-handed, "
-        "as Unity's and Unreal's frames are, or has two axes swapped, such as north and east; or "
-        "the estimate"
+        f"{files.reference} and {files.estimate} are mirror images: the reference, or the "
+        "estimate, is left-handed, as Unity's and Unreal's frames are, or has two axes swapped, "
+        "such as north and east"
     )
     for side, trajectory in ((REF, reference), (EST, estimate)):
         if not _has_constant(trajectory):

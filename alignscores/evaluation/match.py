@@ -136,10 +136,10 @@ def check_scorable(
         options = f"--missing {settings.missing}"
         if matches.timed:
             options += f", --t_max_diff {settings.t_max_diff:g}, --max_gap {settings.max_gap:g}"
-        needed = f"{MIN_POSES} poses" if too_few_poses else f"{MIN_SHARE:.0%} of either"
+        needed = f"{MIN_POSES} poses are" if too_few_poses else f"{MIN_SHARE:.0%} of either is"
         raise ValueError(
             f"only {n_poses} of {n} poses could be matched to the reference, for {covered:.1%} of "
-            f"the expected frames, and it takes {needed} ({options})"
+            f"the expected frames; at least {needed} needed ({options})"
         )
     if np.isnan(matches.unit):
         n, what = len(matches.expected_rows), "poses"
@@ -151,7 +151,7 @@ def check_scorable(
             raise ValueError(f"the reference stands still: all of its {n} {what} have one position")
         if n < 4:
             verb = "is" if n == 1 else "are"
-            reason = f"{n} of the reference's {what} {verb} expected, and it takes 4"
+            reason = f"{n} of the reference's {what} {verb} expected; at least 4 are needed"
             if matches.timed:
                 reason += f" (it lasts {np.ptp(reference.keys):.3g} s)"
         else:

@@ -106,8 +106,6 @@ def unmatched(evaluation: Evaluation) -> Note | None:
     else:
         what = "frames" if evaluation.settings.file_format.ordered else "images"
         where = f"{what} are not in the reference; left out"
-        if matches.matched == len(matches.expected_rows):
-            where += " (it has all of the reference's, too: the reference comes first)"
     return Note("unmatched", f"{matches.unmatched} of {len(keys)} {where}")
 
 
@@ -167,8 +165,8 @@ def frozen(evaluation: Evaluation) -> Note | None:
     moved = ~is_near(references, references[first], evaluation.result.tas.unit)
     n, n_all = int(moved.sum()), len(poses)
     text = (
-        f"{n} of {n_all} poses repeat an earlier one, from which the reference has moved by more "
-        "than d or 10 degrees: it seems to have lost track, and such poses count as wrong ones"
+        f"{n} of {n_all} poses repeat an earlier one, although the reference has moved by more "
+        "than d or 10 degrees since: tracking seems to have failed; such poses count as wrong"
     )
     return Note("frozen", text) if n > n_all / 100 else None
 

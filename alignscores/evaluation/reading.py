@@ -118,13 +118,13 @@ def _columns_named_for(side: str) -> Iterator[None]:
 def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Trajectory:
     """Return the reference, each key once; with time stamps only finite poses, in their order.
 
-    Rotations that are the same throughout a file count as none. Warn where the reference has no
+    Rotations that are the same throughout a file are ignored. Warn where the reference has no
     pose for more than one percent, since nothing is expected there.
     """
     if not isinstance(reference, Trajectory):
         reference = _checked(_read(reference, settings, "ref"), "reference")
         if has_constant_rotations(reference):
-            warn("all rotations of the reference are the same, which count as none")
+            warn("all rotations of the reference are the same; they are ignored")
             reference = reference._replace(poses=without_rotations(reference.poses))
     if settings.ref_invert:
         if not reference.has_rotations:

@@ -305,7 +305,7 @@ def _constant(
         return [], estimate
     if len(positions) > 1 and (positions == positions[0]).all():
         nothing = np.full_like(estimate.poses, np.nan)
-        return [Note(FAILED, "it has one pose throughout: no pose counts")], estimate._replace(
+        return [Note(FAILED, "all poses are identical; none counts")], estimate._replace(
             poses=nothing
         )
     if not has_rotations:

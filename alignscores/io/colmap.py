@@ -225,7 +225,7 @@ def _read_file(path: Path) -> Trajectory:
         if format_of_table(path) == "hloc":
             return read_hloc(path)
     reason = "is a file, not a COLMAP model; "
-    if has_model(path.parent):
+    if _file_of_images(path.parent).exists():
         reason += f"name its folder, {path.parent}"
     else:
         reason += "leave out the format to have it detected"

@@ -372,8 +372,8 @@ def _read_table(path: FilePath, columns: str | None, usual: str = "s") -> Trajec
     if len(used) < len(names) and usual == "s":
         headers = [table.header[names.index(name)] for name in used] if table.header else []
         by_header = f" (in the header: {' '.join(headers)[:200]})" if headers else ""
-        others = f"not the other {len(names) - len(used)} of {len(names)} columns"
-        warn(path, f"read {' '.join(used)}, {others}{by_header}")
+        ignored = f"{len(names) - len(used)} of {len(names)} columns ignored"
+        warn(path, f"read {' '.join(used)}{by_header}, {ignored}")
     if "rx" in column and not columns:
         warn(path, "read rx ry rz as a rotation vector in radians; Euler angles are not read")
     if not columns:

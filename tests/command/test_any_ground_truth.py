@@ -72,7 +72,8 @@ CASES = {  # the notes, and whether it has rotations
     ),
     "covariances": estimate(
         lambda t, p, q: text(t, p, q, more(q, 12), **COVARIANCES),
-        "read t_s x y z qx qy qz qw, not the other 12 of 20 columns",
+        "read t_s x y z qx qy qz qw (in the header: timestamp(s) tx ty tz qx qy qz qw), 12 of 20 "
+        "columns ignored",
     ),
     "nanoseconds": estimate(
         lambda t, p, q: text(t * 1e9, p, q), "time stamps in ns, as their size shows"

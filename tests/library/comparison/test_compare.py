@@ -127,7 +127,7 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
     ("option", "reason"),
     [
         (("--t_start", 5), "no reference pose is expected with t_start 5.000000 s"),
-        (("--t_start", 3.75), "2 of the reference's poses are expected, and it takes 4"),
+        (("--t_start", 3.75), "2 of the reference's poses are expected; at least 4 are needed"),
         (("--frames", "frames.txt"), "no expected frame has a reference pose"),
     ],
 )

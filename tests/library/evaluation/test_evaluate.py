@@ -117,7 +117,7 @@ def test_where_there_is_no_d_the_option_is_named(run, score, kitti, examples):
     standing = poses.copy()
     standing[5:, :3, 3] = poses[5, :3, 3]
     for path, reason in (
-        (kitti(poses[:3], "few.txt"), "3 of the reference's poses are expected, and it takes 4"),
+        (kitti(poses[:3], "few.txt"), "3 of the reference's poses are expected; at least 4 are"),
         (kitti(standing, "stands.txt"), "three quarters of the reference poses coincide"),
     ):
         code, out, err = run("kitti", path, path)

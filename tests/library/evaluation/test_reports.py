@@ -48,7 +48,7 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
     ("07", "colmap gt results.txt", (0.856, 0.862), "matched by the end of their path"),
     ("07", "gt results.txt", (0.856, 0.862), "matched by the end of their path"),
     ("08", "Alpha_gt.txt est.txt --alignment rigid", (0.99, None, 0.078), "too sparse"),
-    ("09", "unity.txt colmap.txt", (0.326, 0.066), "the reference is left-handed"),
+    ("09", "unity.txt colmap.txt", (0.326, 0.066), "the reference, or the estimate, is left-handed"),
     ("09", "nerf unity_transforms.json colmap --est_format colmap", (0.326, 0.066), "left-hand"),
     ("10", "kitti gt.txt relative.txt", "motions from frame to frame", ""),
     ("10", "kitti gt_rel.txt relative.txt", (0.01, 0.958), "motions from frame to frame"),
@@ -65,7 +65,7 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
     ("15", "traj.txt est_index.txt", (0.855, 0.03), "180 deg about x"),
     ("15", "traj.txt est_index.txt --body_rotation auto", (0.855, 0.95), ""),
     ("15", "traj.txt est_fps.txt", "frame numbers, the estimate time stamps", ""),
-    ("16", "colmap gt reconstruction.json", "its format seems to be opensfm", ""),
+    ("16", "colmap gt reconstruction.json", "leave out the format to have it detected", ""),
     ("16", "gt reconstruction.json", (0.638, 0.640), "it has 2 models; scored is 0"),
     ("17", "gt est", (0.951, 0.956), ""),
     ("18", "traj_1.txt traj_2.txt", (0.962, 1.0), "under alignments 179 deg apart"),
@@ -75,7 +75,7 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
         "20",
         "closed_loop_trajectory.csv est.txt --ref_columns '- t_us - x y z qx qy qz qw'",
         (0.705, 0.842),
-        "not the other 4 of 12 columns",
+        "4 of 12 columns ignored",
     ),
     ("20", "short_names.csv est.txt", "its header names 2 clocks", ""),
     ("21", "bus_outside.txt svin.txt", (0.757, 0.048), "--ref_columns 't x y z qw qx qy qz'"),
@@ -95,8 +95,8 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
     ("23", "gt.npz vggt.npz", (0.219, 0.075), "--est_invert corrects it"),
     ("23", "gt.npz vggt.npz --invert", (0.953, 0.925), ""),
     ("24", "poses_gt.txt poses.txt", (0.875, 0.835), ""),
-    ("24", "poses_gt.txt poses_noheader.txt", (0.875, 0.835), "not the other 1 of 9 columns"),
-    ("25", "gt.txt static.txt", (0.0, 0.0), "one pose throughout"),
+    ("24", "poses_gt.txt poses_noheader.txt", (0.875, 0.835), "1 of 9 columns ignored"),
+    ("25", "gt.txt static.txt", (0.0, 0.0), "all poses are identical"),
     ("26", "gt.txt est.txt", rf"best with an {OFFSET_26}.* --t_offset auto", ""),
     ("26", "gt.txt est.txt --t_offset auto", (0.793, 0.835), f"time {OFFSET_26}"),
     ("27", "gt.txt frozen.txt", (0.507, 0.626), "78 of 300 poses repeat an earlier one"),
@@ -220,4 +220,4 @@ def test_runs_of_one_pose_are_failures_in_a_comparison(folder, command):
         assert len(failed) == 6
         assert not any(run["notes"] for run in failed)
         assert all(err.count(f"{run['error']}; it counts as a failure\n") == 1 for run in failed)
-    assert err.count("it has one pose throughout: no pose counts") == 12
+    assert err.count("all poses are identical; none counts") == 12

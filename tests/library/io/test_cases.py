@@ -104,7 +104,7 @@ def test_positions_and_rotations_of_two_owners_are_not_mixed(write):
     with pytest.raises(FileError, match="'t - - - x y z qx qy qz qw' or 't x y z'"):
         read_tum(path)
     header = "t,est_x,est_y,est_z,gt_qx,gt_qy,gt_qz,gt_qw"
-    with pytest.warns(TrajectoryWarning, match=r"read t x y z, not the other 4 of 8 columns \(in"):
+    with pytest.warns(TrajectoryWarning, match=r"read t x y z \(in.*\), 4 of 8 columns ignored"):
         trajectory = read_tum(write(table(STAMPS, POSITIONS, QUATERNIONS, by=",", header=header)))
     same_poses(trajectory, rotations=False)
 
@@ -118,7 +118,7 @@ def test_other_quantities_are_no_positions(write):
     )
     noise = np.full((N, 4), 0.5)
     text = table(np.zeros(N), STAMPS * 1e6, POSITIONS, QUATERNIONS, noise, by=",", header=header)
-    with pytest.warns(TrajectoryWarning, match=r"not the other 5 .*tx_world_device"):
+    with pytest.warns(TrajectoryWarning, match=r"tx_world_device.*, 5 of \d+ columns ignored"):
         trajectory = read_tum(write(text))
     same_poses(trajectory)
     np.testing.assert_allclose(trajectory.keys, STAMPS, atol=1e-5)
@@ -248,7 +248,7 @@ def test_matrices_in_other_orders_are_refused_with_the_columns(write, rotations)
         np.testing.assert_allclose(trajectory.positions, POSITIONS, atol=1e-8)
         np.testing.assert_allclose(trajectory.rotations, rotations.as_matrix(), atol=1e-7)
     covariances = np.tile(np.eye(3).ravel(), (N, 1))
-    with pytest.warns(TrajectoryWarning, match="not the other 9 of 17 columns"):
+    with pytest.warns(TrajectoryWarning, match="9 of 17 columns ignored"):
         same_poses(read_tum(write(table(STAMPS, POSITIONS, QUATERNIONS, covariances))))
 
 
