@@ -1,7 +1,7 @@
 """The files of a comparison: sequences with their references, and the runs of all systems."""
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -50,19 +50,26 @@ class Benchmark:
     left_out: list[str] = field(default_factory=list)  # sequences without a reference or a run
     sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)  # settings
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
-    expected: Mapping[str, int] = field(default_factory=dict)  # runs of a system, as YAML says
-    expect_all: bool = False
+    expected: Mapping[str, int] = field(default_factory=dict)  # as in `from_patterns`
 
-    def without_copies(self, copies: Collection[Run]) -> list[Run]:
-        """Return the runs that are there, and those that are missing where copies do not count."""
-        runs = []
-        for system in dict.fromkeys(run.system for run in self.runs):
-            paths: dict[str, dict[str, str]] = {sequence: {} for sequence in self.references}
-            for run in self.runs:
-                if run.system == system and run.file:
-                    paths[run.sequence][run.run] = run.file
-            runs += _runs_of_system(system, paths, self.expected, self.expect_all, copies)
-        return runs
+    def missing_for_copies(self, copies: Collection[Run]) -> set[Run]:
+        """Return the missing runs that are expected only for copies on another sequence."""
+        unexpected: set[Run] = set()
+        for system in {run.system for run in self.runs}:
+            if self.expected.get(system, self.expected.get("")):
+                continue
+            runs = [run for run in self.runs if run.system == system]
+            found = [run for run in runs if run.file]
+            distinct = [run for run in found if run not in copies]
+            most, most_distinct = (
+                max(Counter(run.sequence for run in part).values()) for part in (found, distinct)
+            )
+            names = {run.run for run in distinct}
+            for sequence in self.references:
+                missing = [run for run in runs if run.sequence == sequence and not run.file]
+                missing.sort(key=lambda run: run.run not in names)  # names of copies go first
+                unexpected |= set(missing[::-1][: most - most_distinct])
+        return unexpected
 
 
 def from_files(
@@ -120,21 +127,14 @@ def from_patterns(
             if name == system and sequence in with_runs:
                 paths[sequence][run] = path
         if any(paths.values()):
-            runs += _runs_of_system(system, paths, expected, expect_all)
+            number = expected.get(system, expected.get(""))
+            runs += _runs_of_system(system, paths, number, expect_all)
         else:
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
     runs.sort(key=lambda run: list(with_runs).index(run.sequence))
     format = format or recognise(next(iter(ref_files)), columns)
-    return Benchmark(
-        format,
-        with_runs,
-        runs,
-        problems,
-        [*ref_files, *est_files],
-        left_out,
-        expected=expected,
-        expect_all=expect_all,
-    )
+    files = [*ref_files, *est_files]
+    return Benchmark(format, with_runs, runs, problems, files, left_out, expected=expected)
 
 
 def _find_files(
@@ -201,24 +201,15 @@ def _with_runs(
 
 
 def _runs_of_system(
-    system: str,
-    paths: Mapping[str, Mapping[str, str]],
-    expected: Mapping[str, int],
-    expect_all: bool,
-    copies: Collection[Run] = (),
+    system: str, paths: Mapping[str, Mapping[str, str]], expected: int | None, expect_all: bool
 ) -> list[Run]:
     """Return the runs of a system from its paths by sequence and run, also missing ones."""
-    number_in_yaml = expected.get(system, expected.get(""))
-    distinct = [
-        [name for name in files if Run(sequence, system, name, files[name]) not in copies]
-        for sequence, files in paths.items()
-    ]
-    most_runs = max(distinct, key=len)
-    number = number_in_yaml or len(most_runs)
+    most_runs = max(paths.values(), key=len)
+    number = expected or len(most_runs)
     names = dict.fromkeys([*sorted(most_runs, key=_natural_key), *map(str, range(1, number + 1))])
     runs = []
     for sequence, files in paths.items():
-        if not files and number_in_yaml is None and not expect_all:  # not tried, so not failed
+        if not files and expected is None and not expect_all:  # not tried, so not failed
             continue
         missing = [name for name in names if name not in files][: max(number - len(files), 0)]
         runs += [

@@ -58,6 +58,13 @@ def test_a_copy_counts_for_nothing(benchmark_of, compare, tmp_path, copied):
     assert rows == {(row["sequence"], row["run"]): row["status"] for row in before["runs"]}
     assert (rows["helix", "1"], len(rows)) == ("missing", 6)
     assert after["summary"] == before["summary"]
+    # A number of runs that is asked for stays.
+    lines = dict(zip(("format", "reference", "estimate"), map(repr, patterns), strict=True))
+    text = "".join(f"{key}: {value}\n" for key, value in [*lines.items(), ("runs", 4)])
+    (tmp_path / "four.yaml").write_text(text)
+    statuses = [(row["sequence"], row["status"]) for row in compare("four.yaml")["runs"]]
+    assert statuses.count(("helix", "missing")) == 2
+    assert statuses.count(("car", "missing")) == 0
 
 
 def test_processes_do_not_matter(benchmark_of, run, tmp_path):
