@@ -67,7 +67,7 @@ class Benchmark:
             names = {run.run for run in distinct}
             for sequence in self.references:
                 missing = [run for run in runs if run.sequence == sequence and not run.file]
-                missing.sort(key=lambda run: run.run not in names)  # names of copies go first
+                missing.sort(key=lambda run: run.run not in names)  # those named as copies are last
                 unexpected |= set(missing[::-1][: most - most_distinct])
         return unexpected
 
