@@ -16,7 +16,7 @@ from .comparison import Comparison, for_json, read_runs
 from .statistics import holm
 from .summary import checked_runs, compare_systems, completed, records, values_of
 from .tables import TEXT, TableStyle, number
-from .verdict import difference_text, p_text
+from .verdict import contrast_text, difference_text, p_text
 
 __all__ = ["GATE_LEVEL", "Changes", "changes", "changes_table", "means_of_both", "read_baseline"]
 
@@ -34,6 +34,7 @@ class Changes:
 
     file: str
     by: str
+    larger: bool
     level: float
     systems: pd.DataFrame
     new: list[str]
@@ -114,7 +115,7 @@ def changes(
             new.append(where)
         elif n < n_saved:
             gone.append(f"{where} ({n} of {n_saved} runs left)" if n else where)
-    return Changes(file, by, level, _systems(rows, level), new, gone, saved, now)
+    return Changes(file, by, larger, level, _systems(rows, level), new, gone, saved, now)
 
 
 def _systems(rows: list[dict[str, Any]], level: float) -> pd.DataFrame:
@@ -156,11 +157,14 @@ def _check_settings(both: pd.DataFrame, file: str) -> None:
 def changes_table(changed: Changes, style: TableStyle = TEXT) -> pd.DataFrame:
     """Return the table of the systems as texts."""
     rows = []
+    n_tests = changed.systems["p_worse"].count()
     for row in records(changed.systems):
         p = row["p_better"] if row["change"] == "better" else row["p_worse"]
         interval = (row[name] for name in ("difference", "low", "high"))
         difference = difference_text(*interval, significant=bool(row["change"]))
-        change = f"{row['change'] or 'not significant'} ({p_text(p)})"
+        change = f"{row['change'] or 'not significant'} ({p_text(p, n_tests)})"
+        if contrast := contrast_text(row["wins"], row["difference"], changed.larger):
+            change += f", {contrast}"
         rows.append(
             {
                 "system": style.escape(row["system"]),

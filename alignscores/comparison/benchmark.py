@@ -1,7 +1,7 @@
 """The files of a comparison: sequences with their references, and the runs of all systems."""
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -50,6 +50,26 @@ class Benchmark:
     left_out: list[str] = field(default_factory=list)  # sequences without a reference or a run
     sequence_options: dict[str, dict[str, Any]] = field(default_factory=dict)  # settings
     system_options: dict[str, dict[str, Any]] = field(default_factory=dict)
+    expected: Mapping[str, int] = field(default_factory=dict)  # as in `from_patterns`
+
+    def missing_for_copies(self, copies: Collection[Run]) -> set[Run]:
+        """Return the missing runs that are expected only for copies on another sequence."""
+        unexpected: set[Run] = set()
+        for system in {run.system for run in self.runs}:
+            if self.expected.get(system, self.expected.get("")):
+                continue
+            runs = [run for run in self.runs if run.system == system]
+            found = [run for run in runs if run.file]
+            distinct = [run for run in found if run not in copies]
+            most, most_distinct = (
+                max(Counter(run.sequence for run in part).values()) for part in (found, distinct)
+            )
+            names = {run.run for run in distinct}
+            for sequence in self.references:
+                missing = [run for run in runs if run.sequence == sequence and not run.file]
+                missing.sort(key=lambda run: run.run not in names)  # those named as copies are last
+                unexpected |= set(missing[::-1][: most - most_distinct])
+        return unexpected
 
 
 def from_files(
@@ -113,7 +133,8 @@ def from_patterns(
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
     runs.sort(key=lambda run: list(with_runs).index(run.sequence))
     format = format or recognise(next(iter(ref_files)), columns)
-    return Benchmark(format, with_runs, runs, problems, [*ref_files, *est_files], left_out)
+    files = [*ref_files, *est_files]
+    return Benchmark(format, with_runs, runs, problems, files, left_out, expected=expected)
 
 
 def _find_files(

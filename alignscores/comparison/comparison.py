@@ -371,6 +371,10 @@ def compare_runs(
     if not tasks:
         raise ValueError(f"nothing is left to be compared; {first_few(problems)}")
     runs, errors = score_runs(tasks, jobs, progress)
+    are_copies = runs["status"] == "copy"
+    copies = {task.run for task, is_copy in zip(tasks, are_copies, strict=True) if is_copy}
+    unexpected = benchmark.missing_for_copies(copies)
+    runs = runs[[task.run not in unexpected for task in tasks]]
     comparison = from_table(runs, by, design=design)
     notes += _notes_on_ends(errors)
     return replace(

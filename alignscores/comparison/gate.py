@@ -12,7 +12,7 @@ from .baseline import GATE_LEVEL, Changes, means_of_both
 from .comparison import Comparison
 from .summary import records
 from .tables import number
-from .verdict import p_text
+from .verdict import contrast_text, p_text
 
 __all__ = ["WORSE", "Condition", "conditions_of", "reasons_to_fail"]
 
@@ -116,8 +116,11 @@ def _reasons(
     if changed and condition.relation == WORSE:
         for row in records(changed.systems):
             if row["change"] == WORSE:
-                change = _from_to(row, condition.name)
-                yield f"{change}, worse ({p_text(row['p_worse'])})"
+                p = p_text(row["p_worse"], changed.systems["p_worse"].count())
+                contrast = contrast_text(row["wins"], row["difference"], changed.larger)
+                yield ", ".join(
+                    filter(None, [_from_to(row, condition.name), f"worse ({p})", contrast])
+                )
     elif changed and condition.needs_baseline:
         for row in records(means_of_both(changed, condition.name)):
             now, saved = row["now"], row["saved"]

@@ -26,11 +26,11 @@ from .summary import (
     pairs_of,
     records,
 )
-from .verdict import p_text
+from .verdict import contrast_text, p_text
 
 __all__ = ["as_latex", "as_markdown", "as_text", "by_sequence", "conditions", "legend"]
 __all__ += ["HTML", "MARKDOWN", "TEXT", "notes_of", "number", "overall"]
-__all__ += ["differences_of", "problems_of", "wins_text"]
+__all__ += ["differences_of", "problems_of"]
 
 USUAL = "TAS", "RAS", "PAS", "half_distance", "half_angle"
 
@@ -45,7 +45,10 @@ class TableStyle:
 
 BOLD = "bold: best mean, significant or not"
 EQUAL_MARK, UNTESTED_MARK, FAILED_MARK = "$^{=}$", r"$^{\mathrm{n}}$", r"$^{\dagger}$"
+AHEAD_MARK = "$^{>}$"
 LATEX_LEGEND = {
+    AHEAD_MARK: rf"{AHEAD_MARK}\,significantly ahead of the best mean in pairs of runs "
+    rf"(false discovery rate {100 * LEVEL:.0f}\,\%)",
     EQUAL_MARK: rf"{EQUAL_MARK}\,not significantly different from the best "
     rf"(false discovery rate {100 * LEVEL:.0f}\,\%)",
     UNTESTED_MARK: rf"{UNTESTED_MARK}\,too few runs for a test against the best",
@@ -176,7 +179,7 @@ def _latex_table(comparison: Comparison) -> pd.DataFrame:
     """Return systems by metrics with mean and standard deviation of the runs.
 
     The best mean has three digits and is bold; = marks systems that are not significantly different
-    from it, n those that are not tested against it.
+    from it, > those ahead of it by their runs, n those that are not tested against it.
     """
     systems = comparison.overall["system"]
     columns = {"system": [in_latex(system) for system in systems]}
@@ -205,8 +208,9 @@ def _latex_column(
     for pair in records(pairs[pairs["sequence"].isna()]):
         if best[:1] in ([pair["a"]], [pair["b"]]):
             other = pair["b"] if pair["a"] == best[0] else pair["a"]
-            untested, significant = math.isnan(pair["p"]), isinstance(pair["better"], str)
-            marks[other] = UNTESTED_MARK if untested else "" if significant else EQUAL_MARK
+            of_better = {best[0]: "", other: AHEAD_MARK}
+            untested = math.isnan(pair["p"])
+            marks[other] = UNTESTED_MARK if untested else of_better.get(pair["better"], EQUAL_MARK)
     largest = abs(table[name].max() if larger else table[name].min())
     decimals = max(0, 3 - math.ceil(math.log10(largest))) if 1e-9 < largest < math.inf else 3
     cells = []
@@ -298,13 +302,16 @@ def notes_of(comparison: Comparison, reasons: Sequence[str] = ()) -> list[str]:
 
 
 def differences_of(comparison: Comparison) -> list[dict[str, Any]]:
-    """Return the pairs of systems over all sequences that have a difference, tested ones first."""
-    difference = comparison.pairs["difference"].astype(float)
-    pairs = comparison.pairs[comparison.pairs["sequence"].isna() & np.isfinite(difference)]
-    return sorted(records(pairs), key=lambda pair: math.isnan(pair["p"]))
+    """Return the pairs of systems over all sequences that have a difference, tested ones first.
 
-
-def wins_text(pair: Mapping[str, Any]) -> str:
-    """Return how often the first system of a pair wins, and the p-value."""
-    p_value = "not tested" if math.isnan(pair["p"]) else p_text(pair["p"])
-    return f"wins {pair['wins']:.0%}, {p_value}"
+    The `texts` of a pair say how often the first system wins, with the p-value, and where the means
+    differ the other way.
+    """
+    pairs = comparison.pairs[comparison.pairs["sequence"].isna()]
+    n_tests = pairs["p"].count()
+    rows = records(pairs[np.isfinite(pairs["difference"].astype(float))])
+    for row in rows:
+        p = "not tested" if math.isnan(row["p"]) else p_text(row["p"], n_tests)
+        contrast = contrast_text(row["wins"], row["difference"], comparison.larger)
+        row["texts"] = [f"wins {row['wins']:.0%}, {p}", *filter(None, [contrast])]
+    return sorted(rows, key=lambda row: math.isnan(row["p"]))

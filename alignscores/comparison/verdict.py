@@ -13,8 +13,8 @@ from .runs import SEPARATOR
 from .statistics import LEVEL, MIN_RUNS
 from .summary import DEPENDENT, PAIRED, SINGLE, Design, best_means, common_sequences, records
 
-__all__ = ["difference_text", "left_out_sequences", "notes_on_runs", "p_text", "texts_by_run"]
-__all__ += ["verdict"]
+__all__ = ["contrast_text", "difference_text", "left_out_sequences", "notes_on_runs", "p_text"]
+__all__ += ["texts_by_run", "verdict"]
 
 
 def verdict(
@@ -36,8 +36,7 @@ def verdict(
     if len(tested):
         leader = order[tested["first"].iloc[0]]
         of_leader = tested[(tested["a"] == leader) | (tested["b"] == leader)]
-        n_sequences = runs["sequence"].nunique()
-        lines = _on_leader(leader, records(of_leader), by, len(tested), n_sequences)
+        lines = _on_leader(leader, of_leader, by, larger, pairs, runs["sequence"].nunique())
     if len(tested) > 1:
         n = int(tested["better"].notna().sum())
         lines.append(
@@ -57,19 +56,27 @@ def verdict(
     return [*lines, *_too_few_runs(pairs), *_without_value(runs, by), *_missing_sequences(runs, by)]
 
 
-def p_text(p: float) -> str:
-    """Return a p-value."""
-    return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+def p_text(p: float, n_tests: int = 1) -> str:
+    """Return a p-value, which is adjusted where it is one of several tests."""
+    text = "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+    return f"adjusted {text}" if n_tests > 1 else text
+
+
+def contrast_text(wins: float, difference: float, larger: bool) -> str:
+    """Return that the mean is worse of who wins more often, or better of who loses more often."""
+    if (wins - 0.5) * (difference if larger else -difference) < 0:
+        return f"though its mean is {'worse' if wins > 0.5 else 'better'}"
+    return ""
 
 
 def difference_text(value: float, low: float, high: float, *, significant: bool) -> str:
-    """Return a difference, with its interval where it is significant, so that both agree."""
+    """Return a difference of means, with its interval where the pair differs significantly."""
     text = f"{value:+.3g}"
     has_interval = significant and math.isfinite(low)
     return f"{text} ({low:.3g} to {high:.3g})" if has_interval else text
 
 
-def _on_pair(pair: dict[str, Any], by: str, n_tested: int, n_sequences: int) -> str:
+def _on_pair(pair: dict[str, Any], by: str, larger: bool, n_tested: int, n_sequences: int) -> str:
     """Return which of two systems is ahead, how often it wins, and by how much."""
     wins, value, low, high = (pair[name] for name in ("wins", "difference", "low", "high"))
     first, second = pair["a"], pair["b"]
@@ -85,6 +92,8 @@ def _on_pair(pair: dict[str, Any], by: str, n_tested: int, n_sequences: int) -> 
         p_values += f", adjusted for {n_tested} pairs {pair['p']:.2g}"
     difference = difference_text(value, low, high, significant=significant)
     mean = f", mean {by} {difference}" if math.isfinite(value) else ""
+    if contrast := contrast_text(wins, value, larger):
+        mean = f", {contrast}: {by} {difference}"
     where = _counted(pair["sequences"], "sequence")
     if pair["sequences"] < n_sequences:
         where = f"{pair['sequences']} of {n_sequences} sequences"
@@ -97,25 +106,34 @@ def _counted(n: int, what: str) -> str:
 
 
 def _on_leader(
-    leader: str, tested: Sequence[dict[str, Any]], by: str, n_tested: int, n_sequences: int
+    leader: str,
+    of_leader: pd.DataFrame,
+    by: str,
+    larger: bool,
+    pairs: pd.DataFrame,
+    n_sequences: int,
 ) -> list[str]:
     """Compare the first system with the second in full, and with the others in short."""
-    first, *others = tested
-    lines = [_on_pair(first, by, n_tested, n_sequences)]
+    first, *others = records(of_leader)
+    lines = [_on_pair(first, by, larger, pairs["p"].count(), n_sequences)]
     if math.isfinite(first["p_like_these"]):
         ahead = first["better_like_these"]
         who = f"{ahead} is ahead" if isinstance(ahead, str) else "they are not distinguishable"
-        lines.append(f"On sequences like these, {who} ({p_text(first['p_like_these'])}).")
-    ahead, behind, equal = "ahead of", "behind", "not distinguishable from"
-    relations: dict[str, list[str]] = {ahead: [], behind: [], equal: []}
+        p = p_text(first["p_like_these"], pairs["p_like_these"].count())
+        lines.append(f"On sequences like these, {who} ({p}).")
+    relations: dict[tuple[str, str], list[str]] = {}
     for pair in others:
-        other, better = pair["b"] if pair["a"] == leader else pair["a"], pair["better"]
-        relation = {leader: ahead, other: behind}.get(better, equal)
-        relations[relation].append(other)
+        other, wins, difference = pair["b"], pair["wins"], pair["difference"]
+        if other == leader:
+            other, wins, difference = pair["a"], 1 - wins, -difference
+        relation, contrast = "not distinguishable from", ""
+        if isinstance(pair["better"], str):
+            relation = "ahead of" if pair["better"] == leader else "behind"
+            contrast = contrast_text(wins, difference, larger)
+        relations.setdefault((relation, contrast and f", {contrast}"), []).append(other)
     return lines + [
-        f"{leader} is {relation} {first_few(systems)}."
-        for relation, systems in relations.items()
-        if systems
+        f"{leader} is {relation} {first_few(systems)}{contrast}."
+        for (relation, contrast), systems in sorted(relations.items())
     ]
 
 

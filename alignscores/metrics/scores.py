@@ -39,14 +39,13 @@ METRICS = [
         tas_distance,
         unit="units",
         needs=(),
-        description="half-score distance: the smallest unit at which the TAS reaches one half",
+        description="half-score distance: the threshold d at which the TAS would be 0.5",
     ),
     Metric(
         "half_angle",
         lambda gt, est: ras_angle(np.asarray(gt)[:, :3, :3], np.asarray(est)[:, :3, :3]),
         unit="deg",
-        description="half-score angle: the smallest range of thresholds at which the RAS reaches "
-        "one half",
+        description="half-score angle: the largest angle threshold at which the RAS would be 0.5",
     ),
     Metric(
         "ATE",

@@ -25,7 +25,6 @@ from ..comparison.tables import (
     legend,
     notes_of,
     overall,
-    wins_text,
 )
 from ..texts import distinct, first_few
 from .document import COLOURS, LAYOUT, inert, log_range, rectangles, render, style
@@ -34,7 +33,6 @@ __all__ = ["figures_of_comparison", "page_of_comparison"]
 
 SYMBOLS = "circle", "diamond", "square", "triangle-up", "star", "hexagon", "pentagon", "bowtie"
 N_BINS = 160  # largest number of medians along a curve
-ENDS = "high", "low"  # of an interval
 LONGEST = 24  # characters of a name next to an axis
 MORE = (
     "Median over the runs of a system; shaded: most of its runs are lost. Dotted: the largest "
@@ -75,8 +73,8 @@ def page_of_comparison(
                 "heading": f"Differences in {by}",
                 "text": [
                     f"Means of the first system minus those of the second; {better} values of {by} "
-                    "are better. Filled, with an interval of 95 %: significant. Open: not "
-                    "significant, or not tested."
+                    "are better. Intervals of 95 %; open and dashed: not significant, or not "
+                    "tested."
                 ],
                 "figure": drawn["differences"],
             }
@@ -84,7 +82,7 @@ def page_of_comparison(
     sections.append(
         {
             "heading": f"{by} of each run",
-            "text": ["Dots: runs. Lines: means of the scored runs. Crosses: failed runs."],
+            "text": ["Filled marks: runs. Lines: means of the scored runs. Crosses: failed runs."],
             "figure": drawn["runs"],
         }
     )
@@ -110,29 +108,40 @@ def figures_of_comparison(comparison: Comparison) -> dict[str, go.Figure]:
 
 
 def _differences(pairs: Sequence[Mapping[str, Any]], by: str) -> go.Figure:
-    """Draw the difference of each pair, with its interval where it is significant."""
+    """Draw the difference of each pair with its interval, dashed where it is not significant."""
     systems = list(dict.fromkeys(pair[name] for pair in pairs for name in "ab"))
     short = dict(zip(systems, distinct(systems, LONGEST), strict=True))
     labels, figure = [], go.Figure()
     for pair in pairs:
         names = f"{inert(short[pair['a']])} − {inert(short[pair['b']])}"
-        labels.append(f"{names}<br><span style='font-size:11px'>{wins_text(pair)}</span>")
+        texts = "<br>".join(pair["texts"])
+        labels.append(f"{names}<br><span style='font-size:11px'>{texts}</span>")
     rows = range(len(pairs))
-    for significant, symbol in ((True, "circle"), (False, "circle-open")):
+    for significant, name, symbol, line in (
+        (True, "significant", "circle", {"width": 2}),
+        (False, "not significant, or not tested", "circle-open", {"width": 1, "dash": "dash"}),
+    ):
         chosen = [row for row in rows if isinstance(pairs[row]["better"], str) == significant]
         drawn = [pairs[row] for row in chosen]
-        marks: dict[str, Any] = {
-            "marker": {"symbol": symbol, "size": 11, "color": COLOURS[0], "line": {"width": 2}},
-            "hovertemplate": "%{y}: %{x:+.4g}<extra></extra>",
-        }
-        if significant:
-            above, below = (
-                [abs(entry[end] - entry["difference"]) for entry in drawn] for end in ENDS
-            )
-            marks["error_x"] = {"array": above, "arrayminus": below, "symmetric": False}
-        x = [entry["difference"] for entry in drawn]
-        name = "significant" if significant else "not significant, or not tested"
-        figure.add_scatter(x=x, y=chosen, name=name, mode="markers", **marks)
+        figure.add_scatter(
+            x=[end for pair in drawn for end in (pair["low"], pair["high"], None)],
+            y=np.repeat(chosen, 3),
+            mode="lines+markers",
+            line={"color": COLOURS[0], **line},
+            marker={"symbol": "line-ns-open", "size": 9, "color": COLOURS[0]},
+            hoverinfo="skip",
+            legendgroup=name,
+            showlegend=False,
+        )
+        figure.add_scatter(
+            x=[pair["difference"] for pair in drawn],
+            y=chosen,
+            name=name,
+            legendgroup=name,
+            mode="markers",
+            marker={"symbol": symbol, "size": 11, "color": COLOURS[0], "line": {"width": 2}},
+            hovertemplate="%{y}: %{x:+.4g}<extra></extra>",
+        )
     figure.add_vline(0, line={"color": "#444", "width": 1})
     figure.update_yaxes(
         tickvals=list(rows),
@@ -142,12 +151,13 @@ def _differences(pairs: Sequence[Mapping[str, Any]], by: str) -> go.Figure:
         showgrid=False,
         zeroline=False,
     )
-    figure.update_xaxes(title_text=f"difference in {inert(by)}", tickformat="+~g")
-    return figure.update_layout(**LAYOUT, height=140 + 42 * len(pairs))
+    figure.update_xaxes(title_text=f"difference in {inert(by)}", tickformat="~g")
+    row_height = 14 * (1 + max(len(pair["texts"]) for pair in pairs)) + 14
+    return figure.update_layout(**LAYOUT, height=140 + row_height * len(pairs))
 
 
 def _runs(comparison: Comparison) -> go.Figure:
-    """Draw each run on each sequence as a dot, a system a row and a colour."""
+    """Draw each run on each sequence as a mark, a system a row and a colour."""
     runs, by = comparison.distinct, comparison.by
     systems, sequences = comparison.overall["system"].tolist(), runs["sequence"].unique().tolist()
     finite = runs.loc[np.isfinite(runs[by]), by]
@@ -257,7 +267,8 @@ def _errors(comparison: Comparison) -> go.Figure:
         figure.add_hline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **cell)
         ends = np.log10([low, high]).tolist()
         title = f"error [{settings.file_format.unit}]"
-        figure.update_yaxes(type="log", title_text=title, range=ends, tickformat="~g", **cell)
+        axis = {"range": ends, "nticks": 3, "tickformat": "~g"}  # with more, labels may overlap
+        figure.update_yaxes(type="log", title_text=title, **axis, **cell)
     timed = next(iter(comparison.errors.values())).timed
     figure.update_xaxes(hoverformat=".1f", ticksuffix=" s" if timed else "")
     title = "time" if timed else "frame" if settings.file_format.ordered else "image"

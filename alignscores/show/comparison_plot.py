@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from ..comparison.comparison import Comparison
-from ..comparison.tables import differences_of, wins_text
+from ..comparison.tables import differences_of
 from ..texts import distinct
 from .plots import STYLE, new_figure
 
@@ -91,7 +91,7 @@ def _draw_differences(part: SubFigure, pairs: list[dict[str, Any]], by: str) -> 
         axes.plot(value, row, "o", color=COLOUR, ms=7, mfc=COLOUR if ahead else "white")
     _name_rows(axes, [f"{short[pair['a']]} − {short[pair['b']]}" for pair in pairs])
     right = axes.secondary_yaxis("right")  # beyond the axes, where no line is
-    right.set_yticks(range(len(pairs)), [wins_text(pair) for pair in pairs])
+    right.set_yticks(range(len(pairs)), [", ".join(pair["texts"]) for pair in pairs])
     axes.margins(x=0.1)
     axes.grid(axis="x", alpha=0.3)
     axes.set_xlabel(f"difference in {by}", parse_math=False)

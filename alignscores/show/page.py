@@ -45,7 +45,7 @@ def page_of(
             "text": [
                 "Drag to rotate; click a name to hide it, double-click it to see nothing else.",
                 f"{crosses} are errors beyond the largest threshold, with a line from the "
-                "reference; small dots are lost frames.",
+                "reference; circles are lost frames.",
             ],
             "figure": drawn["trajectories"],
         },
@@ -127,7 +127,7 @@ def _trajectories(scored: Sequence[Evaluation]) -> go.Figure:
                 name=inert(f"{evaluation.name}: lost"),
                 legendgroup=str(index),
                 mode="markers",
-                marker={"size": 2, "color": "#333333"},
+                marker={"symbol": "circle-open", "size": 5, "color": "#333333"},
                 text=[labels[row] for row in lost],
                 hovertemplate="%{text}",
             )
@@ -169,7 +169,7 @@ def _error_traces(
     marker = {
         **scale,
         "color": np.minimum(errors[has_pose], limit),
-        "symbol": np.where(far[has_pose], "x", "circle").tolist(),
+        "symbol": np.where(far[has_pose], "cross", "circle").tolist(),  # fonts may lack "x"
     }
     ways = np.stack([path, positions, np.full_like(path, np.nan)], axis=1)[far].reshape(-1, 3)
     no_name: dict[str, Any] = {"showlegend": False, "hoverinfo": "skip"}
@@ -188,13 +188,16 @@ def _scene(path: Floats, unit: str) -> dict[str, Any]:
     reach = np.maximum(0.55 * (high - low), 0.15 * float(np.max(high - low)) or 1.0)
     ranges = np.stack([(low + high) / 2 - reach, (low + high) / 2 + reach], axis=1).tolist()
     axes = {
-        f"{name}axis": {"range": ends, "title": {"text": f"{name} [{unit}]"}}
+        f"{name}axis": {"range": ends, "nticks": 4, "title": {"text": f"{name} [{unit}]"}}
         for name, ends in zip("xyz", ranges, strict=True)
     }
     thin = int(np.argmin(high - low))
     up = dict(zip("xyz", np.eye(3)[thin].tolist(), strict=True))
-    eye = dict(zip("xyz", np.roll([2.0, -1.4, -1.4], thin).tolist(), strict=True))
-    return {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye}}
+    eye, center = (  # the labels are below the box and to the left, also on a narrow screen
+        dict(zip("xyz", np.roll(point, thin).tolist(), strict=True))
+        for point in ([2.7, -1.9, -1.9], [-0.1, -0.15, 0.15])
+    )
+    return {**axes, "aspectmode": "data", "camera": {"up": up, "eye": eye, "center": center}}
 
 
 def _frame_labels(evaluation: Evaluation) -> list[str]:
@@ -256,7 +259,8 @@ def _errors(scored: Sequence[Evaluation]) -> go.Figure:
         figure.add_hline(limit, line={"dash": "dot", "color": "#444", "width": 1}, **below)
         label = next(iter(curves.values())).label
         ends = np.log10([low, high]).tolist()
-        figure.update_yaxes(type="log", title_text=label, range=ends, tickformat="~g", **below)
+        axis = {"range": ends, "nticks": 3, "tickformat": "~g"}  # with more, labels may overlap
+        figure.update_yaxes(type="log", title_text=label, **axis, **below)
         figure.update_yaxes(visible=False, range=[n - 0.4, -0.6], **above)
         note = {"text": f"what costs the {score} most", "showarrow": False, "font": {"size": 11}}
         edge = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom"}

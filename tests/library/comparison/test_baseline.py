@@ -1,6 +1,7 @@
 """A comparison against a saved one, and conditions on which a build fails, by the command."""
 
 import json
+import re
 import shutil
 
 import pytest
@@ -85,6 +86,16 @@ def test_a_gate_that_cannot_fail_is_an_error(judge):
     assert code == 1
     limit = "with 5 against 5 runs (p is at least 0.004)"
     assert f"orb: worse cannot be significant at 0.001 {limit}" in out
+
+
+def test_who_is_worse_though_the_mean_is_better_is_named(judge):
+    """Of runs that are all a little worse, but for one; p is of two systems."""
+    saved = {system: [*(0.7 + 0.01 * k for k in range(9)), 0.1] for system in ("orb", "dso")}
+    code, out, err = judge(saved, {**saved, "orb": [0.69] * 10}, "--fail_on", "worse")
+    assert code == 3
+    assert re.search(r"orb: PAS 0\.6760 to 0\.6900, worse \(adjusted p [<=] 0\.0\d+\), though", err)
+    assert err.endswith(", though its mean is better\n")
+    assert re.search(r"worse \(adjusted p .*\), though its mean is better", out)
 
 
 def test_who_cannot_fail_is_named_where_others_can(judge):
@@ -213,7 +224,7 @@ def test_rotations_that_a_build_leaves_out_count_as_the_worst(gate, tmp_path):
     code, _, err = gate(drop_rotations)
     assert code == 3
     assert "orb: PAS 0.8" in err
-    assert " to 0.0000, worse (p = " in err
+    assert " to 0.0000, worse (adjusted p = " in err
 
     def drop_runs():
         for file in tmp_path.glob("*/dso/2.txt"):

@@ -44,6 +44,29 @@ def test_the_table_tells_the_truth_that_was_put_in(benchmark_of, compare, tmp_pa
     assert (pair["better"], pair["method"]) == ("best", "permutation within sequences")
 
 
+@pytest.mark.parametrize("copied", ["3", "latest"])
+def test_a_copy_counts_for_nothing(benchmark_of, compare, tmp_path, copied):
+    """Nor is a run of its name missing on another sequence, where one is missing as before."""
+    patterns = benchmark_of(SYSTEM, runs=3, n=60)
+    (tmp_path / "helix/a/1.txt").unlink()
+    before = compare(*patterns)
+    text = (tmp_path / "car/a/2.txt").read_text()
+    (tmp_path / f"car/a/{copied}.txt").write_text(f"# the same run\n{text}")
+    after = compare(*patterns)
+    rows = {(row["sequence"], row["run"]): row["status"] for row in after["runs"]}
+    assert rows.pop(("car", copied)) == "copy"
+    assert rows == {(row["sequence"], row["run"]): row["status"] for row in before["runs"]}
+    assert (rows["helix", "1"], len(rows)) == ("missing", 6)
+    assert after["summary"] == before["summary"]
+    # A number of runs that is asked for stays.
+    lines = dict(zip(("format", "reference", "estimate"), map(repr, patterns), strict=True))
+    text = "".join(f"{key}: {value}\n" for key, value in [*lines.items(), ("runs", 4)])
+    (tmp_path / "four.yaml").write_text(text)
+    statuses = [(row["sequence"], row["status"]) for row in compare("four.yaml")["runs"]]
+    assert statuses.count(("helix", "missing")) == 2
+    assert statuses.count(("car", "missing")) == 0
+
+
 def test_processes_do_not_matter(benchmark_of, run, tmp_path):
     """Nor does it if a reference was read before: its notes are printed each time."""
     patterns = benchmark_of(SYSTEM, ["car"], runs=2)

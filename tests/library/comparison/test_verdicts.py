@@ -117,6 +117,27 @@ def test_failures_lose():
     assert "mean" not in of_errors  # it is infinite
 
 
+def test_a_mean_that_is_worse_though_more_runs_are_won_is_named(run, tmp_path):
+    """As by a failed run; also where the other system has the best mean of a table."""
+    systems = {"a": on(2, [*GOOD[:9], None])} | {
+        name: on(2, [score - step for score in GOOD])
+        for name, step in (("b", 0.03), ("c", 0.04), ("d", 0.3))
+    }
+    table(systems).to_csv(tmp_path / "runs.csv", index=False)
+    text = run("runs.csv", "-o", "out")[1]
+    contrast = "though its mean is worse"
+    first = " ".join(text.split("\n\n")[0].split())
+    assert re.match(rf"a is ahead of b: it wins 90 % [^:]*\), {contrast}: PAS -0\.0\d+ \(-0", first)
+    assert f"\na is ahead of c, {contrast}.\n" in text
+    assert "\na is ahead of d.\n" in text
+    assert f", {contrast}: PAS" in (tmp_path / "out/comparison.md").read_text()
+    latex = (tmp_path / "out/comparison.tex").read_text()
+    assert re.search(r"\na & 0\.63\d .*\$\^\{>\}\$ \\\\\nb & \\textbf\{0\.67", latex)
+    assert r"{>}$\,significantly ahead of the best mean in pairs of runs" in latex
+    errors = {"a": on(1, [1 + x for x in GOOD[:9]] + [50.0]), "b": on(1, [2 + x for x in GOOD])}
+    assert f"{contrast}: half_distance +3.8" in verdict_of(errors, "half_distance")
+
+
 def test_a_value_that_a_system_has_elsewhere_counts_as_the_worst():
     """So that writing no rotations, or nothing, where a run is bad gains nothing."""
     runs = table({"a": {"s": [0.9, None, None, None], "t": [None] * 4}, "b": on(2, [0.2] * 4)})

@@ -110,21 +110,42 @@ def tested():
     return compare(pd.DataFrame(rows), by="PAS")
 
 
-def test_differences_have_intervals_where_they_are_significant(tested):
+def test_differences_have_intervals_dashed_where_they_are_not_significant(tested):
     pairs = tested.pairs[tested.pairs["sequence"].isna()].set_index(["a", "b"])
-    ahead, others = figures_of_comparison(tested)["differences"].data
-    significant = pairs[pairs["better"].notna()]
-    assert len(ahead.x) == len(significant) == 2
-    np.testing.assert_allclose(ahead.x, significant["difference"])
-    np.testing.assert_allclose(ahead.x + np.array(ahead.error_x.array), significant["high"])
-    np.testing.assert_allclose(ahead.x - np.array(ahead.error_x.arrayminus), significant["low"])
-    assert len(others.x) == 1
+    figure = figures_of_comparison(tested)["differences"]
+    ends_ahead, ahead, ends_of_others, others = figure.data
+    is_ahead = pairs["better"].notna()
+    for chosen, marks, ends, dash in (
+        (pairs[is_ahead], ahead, ends_ahead, None),
+        (pairs[~is_ahead], others, ends_of_others, "dash"),
+    ):
+        assert len(marks.x) == (1 if dash else 2)
+        np.testing.assert_allclose(marks.x, chosen["difference"])
+        x = np.float64(ends.x).reshape(-1, 3)[:, :2]
+        np.testing.assert_allclose(x, chosen[["low", "high"]])
+        assert ends.line.dash == dash
     axes = {axis.get_xlabel(): axis for axis in plot(tested).axes}["difference in PAS"]
     drawn = [line.get_xdata()[0] for line in axes.get_lines() if line.get_marker() == "o"]
     np.testing.assert_allclose(drawn, [*ahead.x, *others.x])
+    (right,) = axes.child_axes
+    for texts in (figure.layout.yaxis.ticktext, [t.get_text() for t in right.get_yticklabels()]):
+        assert sum("wins 100%, adjusted p < 0.001" in text for text in texts) == 2
     for options in ({"kind": "errors"}, {"plot_mode": "xy"}):
         with pytest.raises(ValueError, match="apply only to estimates"):
             plot(tested, **options)
+
+
+def test_labels_of_a_difference_name_p_and_a_mean_that_differs_the_other_way():
+    """Of a single pair nothing is adjusted."""
+    runs = pd.DataFrame({"system": 10 * ["a"] + 10 * ["b"], "PAS": [*9 * [0.9], 0, *10 * [0.85]]})
+    comparison = compare(runs, by="PAS")
+    (label,) = figures_of_comparison(comparison)["differences"].layout.yaxis.ticktext
+    assert re.search(r">wins 90%, p = 0\.0\d+<br>though its mean is worse<", label)
+    (right,) = {axis.get_xlabel(): axis for axis in plot(comparison).axes}[
+        "difference in PAS"
+    ].child_axes
+    (text,) = (text.get_text() for text in right.get_yticklabels())
+    assert re.fullmatch(r"wins 90%, p = 0\.0\d+, though its mean is worse", text)
 
 
 @pytest.mark.timeout(300)

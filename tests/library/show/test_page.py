@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -95,6 +96,14 @@ def test_the_page_draws_and_answers(saved, opened, estimates, run, monkeypatch):
     page.wait_for_timeout(300)
     hover = errors.locator(".hoverlayer").text_content()
     assert re.search(r"\d\.\d\d s.*far\.txt : [\d.e+-]+ m", hover), hover
+
+    # No labels of a logarithmic axis overlap, also where it has little more than a decade.
+    for decades in (0.4, 1.1, 2.5, 6):
+        errors.evaluate(f"plot => Plotly.relayout(plot, {{'yaxis2.range': [-2, {decades - 2}]}})")
+        boxes = [label.bounding_box() for label in errors.locator(".y2tick").all()]
+        assert len(boxes) > 1
+        for upper, lower in pairwise(sorted(boxes, key=lambda box: box["y"])):
+            assert upper["y"] + upper["height"] <= lower["y"] + 3
 
     for width in (390, 1280):
         page.set_viewport_size({"width": width, "height": 900})
