@@ -5,7 +5,8 @@ With R_i, R̂_i the camera-to-world rotations and Q the rotation between the fra
 - *another camera frame*: R̂_i ≈ Q R_i B with one constant B, a swap of axes or any rotation.
 - *world-to-camera*: the same for inverted poses of either file, whose positions fit better, too.
 - *inverted rotations* with true positions: the same for transposed rotations of either file.
-- *quaternions with w at the wrong end*: the same for the rotations in true order.
+- *quaternions with w at the wrong end*: the same for the rotations in true order, which may be
+  those of world-to-camera poses, as COLMAP writes both.
 
 Which file is mixed up shows in B, which is the identity only if the right one is corrected, and in
 Q, which is then the rotation that aligns the positions. The RAS measures how well rotations fit. A
@@ -38,6 +39,7 @@ __all__ = [
     "EST",
     "INVERTED",
     "INVERTED_ROTATIONS",
+    "INVERTED_W",
     "MAX_MISFIT",
     "MIN_CAMERAS",
     "NEAR_DEG",
@@ -74,6 +76,7 @@ COMMON = {  # common conventions of camera axes: B, and its name
 }
 INVERTED, INVERTED_ROTATIONS = "inverted", "inverted rotations"
 W_FIRST, W_LAST = "qw qx qy qz", "qx qy qz qw"
+INVERTED_W = {f"{INVERTED}, {order}": order for order in (W_FIRST, W_LAST)}  # two mistakes
 REF, EST, BOTH = "reference", "estimate", "both"
 
 
@@ -81,7 +84,7 @@ REF, EST, BOTH = "reference", "estimate", "both"
 class Convention:
     """The convention under which an estimate fits its reference; all is empty if there is none."""
 
-    mistake: str = ""  # INVERTED, INVERTED_ROTATIONS, or the true order of quaternions
+    mistake: str = ""  # INVERTED, INVERTED_ROTATIONS, the true order of quaternions, INVERTED_W
     side: str = ""  # the file that has it: REF, EST, BOTH
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
     is_ambiguous: bool = False  # whether the other file may as well be the one, which is another
@@ -95,10 +98,10 @@ def find_conventions(
 
     They are reported if they raise the RAS by 0.1, or where rotations and positions do not have the
     same alignment by 0.3 or half of what is missing to 1: noise, lost cameras or drift fit under
-    none so much better. A mistake and another camera frame must explain 0.1 more than one of the
-    two. Where both are inverted, their rotations may agree; then their positions
-    show it. Those that fit equally well are all reported, the likeliest first. `inverted` are the
-    files whose poses were inverted when they were read.
+    none so much better. Two mistakes, or one and another camera frame, must explain 0.1 more than
+    one. Where both are inverted, their rotations may agree; then their positions show it. Those
+    that fit equally well are all reported, the likeliest first. `inverted` are the files whose
+    poses were inverted when they were read.
     """
     estimated = np.flatnonzero(finite_rows(est_poses))
     n = len(estimated)
@@ -164,8 +167,9 @@ class _Candidate(NamedTuple):
 
     @property
     def is_double(self) -> bool:
-        """Whether it takes a mistake and another camera frame."""
-        return bool(self.pair.mistake) and not self.has_same_axes
+        """Whether it takes two mistakes, or one and another camera frame."""
+        mistake = self.pair.mistake
+        return mistake in INVERTED_W or (bool(mistake) and not self.has_same_axes)
 
     @property
     def is_consistent(self) -> bool:
@@ -278,7 +282,7 @@ def _corrected(original: _Pair, mistake: str, inverted: Collection[str]) -> Iter
         for side, true, poses in pairs:
             if before and side not in (*before, BOTH):
                 continue
-            moves = before or mistake == INVERTED
+            moves = before or mistake == INVERTED or mistake in INVERTED_W
             positions = fit_positions(true, poses) if moves else original.positions
             yield _Pair(mistake, side, true, poses, positions, before)
 
@@ -298,11 +302,18 @@ def _reordered(poses: Floats, shift: int) -> Floats:
     return changed
 
 
+def _inverted_after(correct: Callable[[Floats], Floats], poses: Floats) -> Floats:
+    return inverse_poses(correct(poses))
+
+
 CORRECTIONS: dict[str, Callable[[Floats], Floats]] = {  # what corrects a mistake
     INVERTED: inverse_poses,
     INVERTED_ROTATIONS: _transposed,
     W_FIRST: partial(_reordered, shift=-1),
     W_LAST: partial(_reordered, shift=1),
+}
+CORRECTIONS |= {
+    mistake: partial(_inverted_after, CORRECTIONS[order]) for mistake, order in INVERTED_W.items()
 }
 
 

@@ -29,11 +29,14 @@ from .conventions import (
     EST,
     INVERTED,
     INVERTED_ROTATIONS,
+    INVERTED_W,
     MAX_MISFIT,
     MIN_CAMERAS,
     NEAR_DEG,
     REF,
     SAMPLE,
+    W_FIRST,
+    W_LAST,
     Convention,
     PositionFit,
     corrected,
@@ -520,37 +523,44 @@ def _of_convention(
         for side, trajectory in ((REF, reference), (EST, estimate))
     )
     names = files.name(convention.side)
-    if mistake == INVERTED:
+    texts, options = [], []
+    if order := INVERTED_W.get(mistake, mistake if mistake in (W_FIRST, W_LAST) else ""):
+        texts.append(f"the quaternions of {names} seem to have w at the wrong end")
+        columns = _columns(state, files, dict.fromkeys(sides, order))
+        if columns is None:
+            return
+        options.append(f"name their order with {columns}" if columns else "reorder them")
+    if mistake == INVERTED_ROTATIONS:
+        texts.append(f"the rotations of {names} seem to be world-to-camera, positions not")
+        is_of_poses = _inverted(settings).intersection(sides) and not convention.inverted
+        options.append(
+            f"transpose them in the {'camera-to-world poses' if is_of_poses else 'file'}"
+        )
+    if mistake == INVERTED or mistake in INVERTED_W:
         is_inverted = {REF: settings.ref_invert, EST: settings.invert}
-        text = f"the poses of {names} seem to be "
-        text += "camera-to-world" if is_inverted[sides[0]] else "world-to-camera"
+        seem = "camera-to-world" if is_inverted[sides[0]] else "world-to-camera"
         if len({is_inverted[side] for side in sides}) == 2:
-            text = f"the wrong one of {files.reference} and {files.estimate} is inverted"
+            texts.append(f"the wrong one of {files.reference} and {files.estimate} is inverted")
+        else:
+            texts.append(f"the poses of {names} seem to be {seem}")
         add, leave = (
             " ".join(f"--{side[:3]}_invert" for side in sides if is_inverted[side] == inverted)
             for inverted in (False, True)
         )
         extra = " --body_rotation auto" if frame and not leave else ""
-        parts = [f"{add}{extra} corrects it"] if add else []
-        parts += [f"leave out {leave}"] if leave else []
-        option = "; ".join(parts)
+        options += [f"{add}{extra} corrects it"] if add else []
+        options += [f"leave out {leave}"] if leave else []
         may_be_arm = convention.side == BOTH and not (settings.ref_invert or settings.invert)
         if may_be_arm and state.scored and _may_have_lever_arm(state.scored):
-            option += f"; if the positions of {files.estimate} are those of another point of its "
-            option += "rig, --lever_arm auto instead"
-    elif mistake == INVERTED_ROTATIONS:
-        text = f"the rotations of {names} seem to be world-to-camera, positions not"
-        is_of_poses = _inverted(settings).intersection(sides) and not convention.inverted
-        option = f"transpose them in the {'camera-to-world poses' if is_of_poses else 'file'}"
-    else:
-        text = f"the quaternions of {names} seem to have w at the wrong end"
-        columns = _columns(state, files, dict.fromkeys(sides, mistake))
-        if columns is None:
-            return
-        option = f"name their order with {columns}" if columns else "reorder them"
+            options.append(
+                f"if the positions of {files.estimate} are those of another point of its rig, "
+                "--lever_arm auto instead"
+            )
+    option = (", then " if mistake in INVERTED_W else "; ").join(options)
     if frame:
-        text += f", and {frame}"
+        texts.append(frame)
         option += ", and add --body_rotation auto" if "--body_rotation" not in option else ""
+    text = ", and ".join(texts)
     kind = mistake if mistake in (INVERTED, INVERTED_ROTATIONS) else "quaternions"
     yield _Remedy(kind, text, option, ref, est, changes, is_ambiguous=convention.is_ambiguous)
 

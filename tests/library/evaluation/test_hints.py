@@ -505,6 +505,31 @@ def test_quaternions_of_poses_that_were_inverted_are_reordered_before_that(write
     assert f"{evaluate(*pair).pas:.3f} corrected" in hint
 
 
+@pytest.mark.parametrize("side", ["reference", "estimate"])
+def test_world_to_camera_poses_with_w_first_are_named(side, write):
+    """COLMAP's rows in a table: neither remedy helps alone."""
+    rng = np.random.default_rng(12)
+    times, truth = winding(rng)
+    pair = {"reference": truth[::9], "estimate": disturbed(truth, rng)[::9]}
+    right = evaluate(*(Trajectory(times[::9], poses) for poses in pair.values())).pas
+    files = []
+    for name, poses in pair.items():
+        written = inverse_poses(poses) if name == side else poses
+        quaternions = Rotation.from_matrix(written[:, :3, :3]).as_quat()
+        quaternions = np.roll(quaternions, int(name == side), axis=1)
+        rows = np.column_stack([times[::9], written[:, :3, 3], quaternions]).tolist()
+        files.append(write([" ".join(map(str, row)) for row in rows], f"{name}.txt"))
+    (hint,) = [note for note in evaluate(*files).notes if note.kind in KINDS]
+    assert f"the quaternions of {side}.txt seem to have w at the wrong end, and the" in hint.text
+    assert f"the poses of {side}.txt seem to be world-to-camera" in hint.text
+    assert f"{right:.3f} corrected" in hint.text
+    option, order = f"{side[:3]}_invert", f"{side[:3]}_columns"
+    assert f"--{order} 't x y z qw qx qy qz', then --{option} corrects it" in hint.remedy
+    option = "invert" if side == "estimate" else option
+    corrected = evaluate(*files, **{option: True, order: "t x y z qw qx qy qz"})
+    assert corrected.pas == pytest.approx(right, abs=1e-6)
+
+
 def test_a_lever_arm_along_the_way_is_no_clock():
     """Of positions only: at 1 m/s, 3 cm ahead are 30 ms early."""
     rng = np.random.default_rng(13)
