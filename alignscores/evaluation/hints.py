@@ -692,7 +692,8 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
         fit = _fit_by_name(state, remedy) if is_named else _fit(ref, est)
         fits = fit.is_much_better_than(now) if now else fit.misfit <= MAX_MISFIT
         grows = side == BOTH and now is not None and fit.error > now.error
-        if fits and fit.misfit <= fit.certain and not grows:  # straight paths are all alike
+        # In any order, straight paths are all alike.
+        if fits and not grows and (not is_named or fit.misfit <= fit.certain):
             yield remedy
 
 
