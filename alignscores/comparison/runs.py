@@ -107,10 +107,12 @@ def score_runs(
     errors: dict[Run, Errors] = {}
     to_score = [(index, task) for index, task in enumerate(tasks) if task.run.file]
     with closing(_results(to_score, jobs)) as results:
-        for number, (index, (row, errors_of_run)) in enumerate(results, 1):
-            rows[index] |= row
+        for number, (index, (row, errors_of_run), file) in enumerate(results, 1):
             if errors_of_run:
                 errors[tasks[index].run] = errors_of_run
+                if file:  # not in a worker, which may be ended while it writes
+                    _store(row, errors_of_run, file)
+            rows[index] |= row
             progress(f"scoring {number}/{len(to_score)}")
     progress("")
     table = pandas.DataFrame(rows)
@@ -124,11 +126,14 @@ def score_runs(
 
 def _results(
     tasks: Sequence[tuple[int, Task]], jobs: int
-) -> Generator[tuple[int, Result], None, None]:
-    """Yield index and result of each task when it is done; in this process if they are few."""
+) -> Generator[tuple[int, Result, Path | None], None, None]:
+    """Yield index and result of each task when it is done, and where to store the result.
+
+    They are scored in this process if they are few.
+    """
     joblib = require("joblib", "compare")
     if jobs == 1 or len(tasks) <= MAX_SERIAL_RUNS:
-        yield from ((index, score_run(task)) for index, task in tasks)
+        yield from ((index, *score_run(task)) for index, task in tasks)
         return
     folder = Path.cwd()
     calls = (joblib.delayed(_score_in)(folder, *task) for task in tasks)
@@ -144,9 +149,9 @@ def _results(
         raise ChildProcessError(reason) from None
 
 
-def _score_in(folder: Path, index: int, task: Task) -> tuple[int, Result]:
+def _score_in(folder: Path, index: int, task: Task) -> tuple[int, Result, Path | None]:
     os.chdir(folder)  # a process that joblib has kept may have started in another one
-    return index, score_run(task)
+    return index, *score_run(task)
 
 
 def settings_text(settings: Settings) -> str:
@@ -159,25 +164,28 @@ def settings_text(settings: Settings) -> str:
     )
 
 
-def score_run(task: Task) -> Result:
-    """Score an estimate, or take the result of the same files and settings from the cache."""
-    if task.cache is None:
-        return _score_estimate(task)
-    file = _file_in_cache(task, task.cache)
-    if stored := _read_stored(file):
-        return stored
-    row, errors = _score_estimate(task)
-    if errors:
-        values = {
-            name: value.tolist() if isinstance(value, np.ndarray) else value
-            for name, value in vars(errors).items()
-        }
-        try:
-            write_whole(file, json.dumps({"row": row, "errors": values}).encode())
-        except ValueError as error:
-            notes = [row["notes"], f"is not stored in {task.cache}: {why(error)}"]
-            row["notes"] = SEPARATOR.join(filter(None, notes))
-    return row, errors
+def score_run(task: Task) -> tuple[Result, Path | None]:
+    """Score an estimate, or take the result of the same files and settings from the cache.
+
+    The second value is the file of the cache in which a new result is to be stored.
+    """
+    file = None if task.cache is None else _file_in_cache(task, task.cache)
+    if file and (stored := _read_stored(file)):
+        return stored, None
+    return _score_estimate(task), file
+
+
+def _store(row: dict[str, Any], errors: Errors, file: Path) -> None:
+    """Store a result in a file of the cache; a note says why if that fails."""
+    values = {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in vars(errors).items()
+    }
+    try:
+        write_whole(file, json.dumps({"row": row, "errors": values}).encode())
+    except ValueError as error:
+        notes = [row["notes"], f"is not stored in {file.parent}: {why(error)}"]
+        row["notes"] = SEPARATOR.join(filter(None, notes))
 
 
 def _score_estimate(task: Task) -> Result:
