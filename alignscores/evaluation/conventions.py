@@ -14,7 +14,7 @@ B of a few degrees is inaccuracy, which no mistake has to explain.
 """
 
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from typing import NamedTuple
@@ -138,7 +138,14 @@ def find_conventions(
         body = None if fit.has_same_axes else fit.body
         convention = Convention(mistake, side, body, is_ambiguous, fit.pair.inverted)
         conventions.setdefault((mistake, side if is_ambiguous else ""), convention)
-    return list(conventions.values())
+    # Poor positions may hide that poses are inverted.
+    may_be_inverted = [
+        replace(convention, mistake=INVERTED)
+        for convention in conventions.values()
+        if convention.mistake == INVERTED_ROTATIONS
+        and not (convention.side == BOTH and _hides_errors(original, inverse_poses(gt)))
+    ]
+    return [*conventions.values(), *may_be_inverted]
 
 
 class _Pair(NamedTuple):
@@ -207,19 +214,20 @@ def _candidates(
 ) -> Iterator[tuple[_Pair, Floats | None]]:
     """Yield both trajectories, and B (None: any), the likeliest first.
 
-    Where other positions fit better, only they are candidates.
+    Where other positions fit better, only they are candidates. In one coordinate frame, another
+    camera frame and the same mistake in the rotations of both files may be alike.
     """
     none, *swaps = COMMON.values()
     inputs = moved or [original]
     yield from ((pair, axes) for axes in (none, *swaps) for pair in inputs)
-    if not moved:
-        transposed, w_first, w_last = (
-            list(_corrected(original, mistake, inverted))
-            for mistake in (INVERTED_ROTATIONS, W_FIRST, W_LAST)
-        )
-        yield from ((pair, none) for pair in (*transposed, *w_first, *w_last))
-        yield from ((pair, axes) for axes in swaps for pair in transposed)
+    mistakes = () if moved else (INVERTED_ROTATIONS, W_FIRST, W_LAST)
+    pairs = [pair for each in mistakes for pair in _corrected(original, each, inverted)]
+    transposed = [pair for pair in pairs if pair.mistake == INVERTED_ROTATIONS]
+    yield from ((pair, none) for pair in pairs if pair.side != BOTH)
+    yield from ((pair, axes) for axes in swaps for pair in transposed if pair.side != BOTH)
     yield from ((pair, None) for pair in inputs)
+    yield from ((pair, none) for pair in pairs if pair.side == BOTH)
+    yield from ((pair, axes) for axes in swaps for pair in transposed if pair.side == BOTH)
 
 
 def _ras_as_it_is(pair: _Pair) -> float:
@@ -235,22 +243,28 @@ def _ras_as_it_is(pair: _Pair) -> float:
 def _moved(original: _Pair, inverted: Collection[str]) -> list[_Pair]:
     """Return the pairs without a mistake of the smallest errors, if positions fit much better.
 
-    In the coordinates of the camera all that is far away moves as the camera turns. Where that path
-    has the larger steps, and positions fit as they are, they are the true ones. The same errors are
-    a small part of a long path: in metres they tell which file it is, or that it may be either.
+    The same errors are a small part of a long path: in metres they tell which file it is, or that
+    it may be either.
     """
     pairs, now = [], original.positions
     for pair in chain.from_iterable(_corrected(original, each, inverted) for each in CORRECTIONS):
-        hides_errors = (pair.mistake, pair.side) == (INVERTED, BOTH) and now.misfit < MAX_MISFIT
-        if hides_errors and _step(pair.gt) > _step(original.gt):
-            continue
-        if pair.positions is not now:
+        hides_errors = pair.side == BOTH and _hides_errors(original, pair.gt)
+        if pair.positions is not now and not hides_errors:
             pairs.append(pair)
     errors = [pair.positions.error for pair in pairs if pair.positions.is_much_better_than(now)]
     if not errors:
         return []
     max_error = max(2 * min(errors), ROUNDING * now.error)
     return [pair for pair in pairs if pair.positions.error <= max_error]
+
+
+def _hides_errors(original: _Pair, inverted: Floats) -> bool:
+    """Return whether positions fit as they are, and inverted poses of both files move more.
+
+    In the coordinates of the camera all that is far away moves as the camera turns. On that long
+    path errors are small.
+    """
+    return original.positions.misfit < MAX_MISFIT and _step(inverted) > _step(original.gt)
 
 
 def _are_truer(pair: _Pair, original: _Pair) -> bool:

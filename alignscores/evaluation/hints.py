@@ -444,12 +444,6 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     if state.has_rotations:
         inverted = _inverted(state.settings)
         found = find_conventions(state.scored.gt_poses, state.scored.est_poses, inverted=inverted)
-    # Poor positions may hide that poses are inverted.
-    found += [
-        replace(convention, mistake=INVERTED)
-        for convention in found
-        if convention.mistake == INVERTED_ROTATIONS
-    ]
     for convention in found:
         frame, body_rotation = "", convention.body_rotation
         if body_rotation is not None:

@@ -344,6 +344,18 @@ def test_mirrored_positions_of_a_poor_estimate_are_named():
     assert set(notes_on_conventions(gt, est)) == {"mirrored"}
 
 
+@pytest.mark.parametrize("sigma", [0.02, 0.3])
+def test_a_camera_frame_is_likelier_than_the_same_mistake_in_both_files(sigma):
+    """In one coordinate frame, transposed rotations of both may fit as well."""
+    rng = np.random.default_rng(4)
+    gt = reference("anywhere", 200, rng)
+    est = in_frame(gt, Rotation.from_rotvec([1.0, 0.7, -1.2]).as_matrix())
+    est[:, :3, 3] += rng.normal(0, sigma, (200, 3))
+    notes = evaluate(Trajectory(np.arange(200) / 10, gt), Trajectory(np.arange(200) / 10, est))
+    (hint,) = [note for note in notes.notes if note.kind == "frame"]
+    assert hint.text.startswith("the camera frame of the estimate is rotated")
+
+
 def test_a_mirror_that_fits_as_well_as_another_camera_frame_is_said():
     """On a plane both are the same."""
     rng = np.random.default_rng(2)
