@@ -105,7 +105,8 @@ def _offset(
         if estimate.keys.min() > reference.keys[-1] or estimate.keys.max() < reference.keys[0]:
             raise ValueError(
                 "no time offset makes its motions fit the reference's with certainty"
-                f"{_rival(clock)}{no_clock(estimate.keys) or '; --t_offset X sets one'}"
+                f"{_rival(clock)}"
+                f"{no_clock(reference.keys, estimate.keys) or '; --t_offset X sets one'}"
             )
         return 0.0
     if clock.agrees:

@@ -200,12 +200,15 @@ def with_stamps_of_sparse(
     return at_stamps if len(at_stamps.keys) else estimate, replace(settings, sync="nearest"), chord
 
 
-def no_clock(stamps: Floats) -> str:
-    """Return the reason why stamps are no times, or an empty string."""
-    step = np.median(np.diff(np.sort(stamps))) if len(stamps) > 1 else np.inf
-    if step >= MIN_STEP:
-        return ""
-    return f"; its stamps are {step:.2g} s apart, those of no camera: no --t_offset helps"
+def no_clock(ref_stamps: Floats, est_stamps: Floats) -> str:
+    """Return the reason why the stamps of either file are no times, or an empty string."""
+    for whose, stamps in (("the reference's", ref_stamps), ("its", est_stamps)):
+        step = np.median(np.diff(np.sort(stamps))) if len(stamps) > 1 else np.inf
+        if step < MIN_STEP:
+            return (
+                f"; {whose} stamps are {step:.2g} s apart, those of no camera: no --t_offset helps"
+            )
+    return ""
 
 
 def poses_of_rows(estimate: Trajectory, rows: Indices) -> Floats:
@@ -352,7 +355,7 @@ def _unit(positions: Floats, settings: Settings, rig_frames: Indices | None = No
 def _nothing_in_common(ref_stamps: Floats, est_stamps: Floats, t_max_diff: float) -> ValueError:
     """Return the error of an estimate without a pose near one of the reference."""
     inside = est_stamps[(est_stamps >= ref_stamps[0]) & (est_stamps <= ref_stamps[-1])]
-    hint = no_clock(est_stamps)
+    hint = no_clock(ref_stamps, est_stamps)
     if len(inside) and not hint:
         distance = float(np.median(nearest_stamps(ref_stamps, inside)[1]))
         hint = (

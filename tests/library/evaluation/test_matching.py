@@ -145,6 +145,7 @@ SECONDS = DATE + np.arange(10)
     [
         (SECONDS, SECONDS - DATE + 5, "(t_max_diff 0.01 s)"),
         (SECONDS, 5e-6 * np.arange(10), "; its stamps are 5e-06 s apart, those of no camera"),
+        (5e-6 * np.arange(10), SECONDS, "; the reference's stamps are 5e-06 s apart, those of no"),
         (SECONDS, SECONDS + 0.25, "; the nearest ones are usually 0.2500 s apart: --t_off"),
     ],
 )
