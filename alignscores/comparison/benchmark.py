@@ -59,16 +59,17 @@ class Benchmark:
             if self.expected.get(system, self.expected.get("")):
                 continue
             runs = [run for run in self.runs if run.system == system]
-            found = [run for run in runs if run.file]
-            distinct = [run for run in found if run not in copies]
-            most, most_distinct = (
-                max(Counter(run.sequence for run in part).values()) for part in (found, distinct)
+            with_file = [run for run in runs if run.file]
+            distinct = [run for run in with_file if run not in copies]
+            n_expected, n_distinct = (
+                max(Counter(run.sequence for run in part).values())
+                for part in (with_file, distinct)
             )
             names = {run.run for run in distinct}
             for sequence in self.references:
                 missing = [run for run in runs if run.sequence == sequence and not run.file]
                 missing.sort(key=lambda run: run.run not in names)  # those named as copies are last
-                unexpected |= set(missing[::-1][: most - most_distinct])
+                unexpected |= set(missing[::-1][: n_expected - n_distinct])
         return unexpected
 
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["SEPARATOR", "Errors", "Progress", "Task", "check_file", "forget_references"]
-__all__ += ["reference_of", "score_run", "score_runs"]
+__all__ += ["reference_of", "score_runs"]
 
 SEPARATOR = " | "  # between the notes of a run
 MAX_BYTES = 10**13  # of a bag
@@ -133,7 +133,7 @@ def _results(
     """
     joblib = require("joblib", "compare")
     if jobs == 1 or len(tasks) <= MAX_SERIAL_RUNS:
-        yield from ((index, *score_run(task)) for index, task in tasks)
+        yield from ((index, *_score_run(task)) for index, task in tasks)
         return
     folder = Path.cwd()
     calls = (joblib.delayed(_score_in)(folder, *task) for task in tasks)
@@ -151,7 +151,7 @@ def _results(
 
 def _score_in(folder: Path, index: int, task: Task) -> tuple[int, Result, Path | None]:
     os.chdir(folder)  # a process that joblib has kept may have started in another one
-    return index, *score_run(task)
+    return index, *_score_run(task)
 
 
 def settings_text(settings: Settings) -> str:
@@ -164,7 +164,7 @@ def settings_text(settings: Settings) -> str:
     )
 
 
-def score_run(task: Task) -> tuple[Result, Path | None]:
+def _score_run(task: Task) -> tuple[Result, Path | None]:
     """Score an estimate, or take the result of the same files and settings from the cache.
 
     The second value is the file of the cache in which a new result is to be stored.

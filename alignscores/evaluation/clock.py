@@ -236,10 +236,10 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
     for span in np.unique(spans[spans < len(grid)]).tolist():
         both = valid[:-span] & valid[span:]
         of_span[span] = ref.sizes(points[:-span], points[span:]), both
-    known = [sizes[both] for sizes, both in of_span.values() if both.any()]
-    if not known:
+    sizes_of_ref = [sizes[both] for sizes, both in of_span.values() if both.any()]
+    if not sizes_of_ref:
         return np.zeros(1), np.zeros(1), _Elsewhere(disagreements)
-    everywhere = np.concatenate(known)
+    everywhere = np.concatenate(sizes_of_ref)
     scale = 0.0 if ref.rotations else float(everywhere.mean() - sizes_of_est.mean())
     cap = float(
         np.abs(np.median(everywhere) - sizes_of_est).mean()
@@ -303,7 +303,7 @@ def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple
     rotation from one pose to the next is that in the frame of the camera, for inverted poses that
     in the coordinate frame. Where poses are mixed up otherwise, only angles agree. These are larger
     by noise, and count only if they are far more precise. Where turns get tighter, the bias of a
-    gyroscope would pass for an offset; the standard error is at least that beside a bias.
+    gyroscope would pass for an offset; the standard error allows for a constant bias.
     """
     if not ref.rotations:  # speeds leave a broad peak
         near = offset + np.arange(-SPAN, SPAN + step, step)
@@ -330,7 +330,7 @@ class _Comparison:
     motions: _Motions
     of_ref: _Vectors
     of_est: _Vectors
-    is_biased: bool = False  # whether those of the estimate may be off by a constant
+    is_biased: bool = False  # whether the estimate's vectors may be off by a constant
 
     def true(self, offset: float) -> tuple[Floats, Booleans]:
         """Return the motions of the reference at an offset, and which of them are known."""
@@ -352,7 +352,7 @@ class _Comparison:
         return float(np.linalg.norm(difference[rows], axis=1).mean()) if len(rows) else np.inf
 
     def unexplained(self, stretch: "_Stretch", aligned: Floats, *vectors: Floats) -> Floats:
-        """Return vectors without what another rotation and scale explain, drift or a bias.
+        """Return vectors without what another rotation and scale, drift or a bias explain.
 
         On an orbit drift turns displacements as the clock does. Rotations are compared in the frame
         of the camera.

@@ -87,7 +87,7 @@ class Convention:
     mistake: str = ""  # INVERTED, INVERTED_ROTATIONS, the true order of quaternions, INVERTED_W
     side: str = ""  # the file that has it: REF, EST, BOTH
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
-    is_ambiguous: bool = False  # whether the other file may as well be the one, which is another
+    is_ambiguous: bool = False  # whether the other file may as well have it
     inverted: Collection[str] = ()  # files that were inverted when they were read, after a mistake
 
 
@@ -122,8 +122,8 @@ def find_conventions(
         fit for fit in fits if fit.ras >= (min_ras if fit.is_consistent else min_ras_inconsistent)
     ]
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
-    one = max((fit.ras for fit in better if not fit.is_double), default=0.0)
-    better = [fit for fit in better if not fit.is_double or fit.ras >= one + MIN_GAIN]
+    single = max((fit.ras for fit in better if not fit.is_double), default=0.0)
+    better = [fit for fit in better if not fit.is_double or fit.ras >= single + MIN_GAIN]
     highest = max((fit.ras for fit in better), default=0.0)
     better = [fit for fit in better if fit.ras > highest - EQUAL]
     conventions: dict[tuple[str, str], Convention] = {}
@@ -197,16 +197,16 @@ def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
 
 
 def _optimism(pair: _Pair) -> float:
-    """Return by how much the RAS of either half is higher under its own B than the other half's.
+    """Return by how much the RAS of half of the cameras drops under the B of the other half.
 
     Some B makes the turns of two short walks alike that have nothing to do with each other.
     """
     half = len(pair.gt) // 2
     halves = [(pair.gt[rows], pair.est[rows]) for rows in (np.s_[:half], np.s_[half:])]
     first, second = (_fitted_frame(*part, pair.positions.rotation) for part in halves)
-    own = _ras(*halves[0], first)[0] + _ras(*halves[1], second)[0]
-    others = _ras(*halves[0], second)[0] + _ras(*halves[1], first)[0]
-    return max(own - others, 0.0) / 2
+    fitted = _ras(*halves[0], first)[0] + _ras(*halves[1], second)[0]
+    exchanged = _ras(*halves[0], second)[0] + _ras(*halves[1], first)[0]
+    return max(fitted - exchanged, 0.0) / 2
 
 
 def _candidates(
@@ -317,6 +317,7 @@ def _reordered(poses: Floats, shift: int) -> Floats:
 
 
 def _inverted_after(correct: Callable[[Floats], Floats], poses: Floats) -> Floats:
+    """Return the inverse of poses after another mistake in them is corrected."""
     return inverse_poses(correct(poses))
 
 

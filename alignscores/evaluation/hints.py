@@ -145,7 +145,7 @@ class _Remedy:
     estimate: Trajectory
     changes: dict[str, Any] = field(default_factory=dict)
     min_t: float = MIN_T  # 0 for what steps or motions show on their own
-    is_ambiguous: bool = False  # whether another one of its kind is as likely, whatever its score
+    is_ambiguous: bool = False  # whether that of the other file is as likely, whatever its score
 
 
 def look(
@@ -686,7 +686,7 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
         fit = _fit_by_name(state, remedy) if is_named else _fit(ref, est)
         fits = fit.is_much_better_than(now) if now else fit.misfit <= MAX_MISFIT
         grows = side == BOTH and now is not None and fit.error > now.error
-        # In any order, straight paths are all alike.
+        # Straight paths are all alike, unless the times along them agree, which names do not have.
         if fits and not grows and (not is_named or fit.misfit <= fit.certain):
             yield remedy
 
