@@ -19,6 +19,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import stdtr
 
 from ..arrays import Booleans, Floats, Indices
 from ..averaging import angles_and_axes
@@ -39,10 +40,9 @@ ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = 3.0  # median disagreements
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
 MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in standard errors
-# Standard errors: Student's t, which one of 1000 wrong offsets exceeds with a probability of 1 %.
-MIN_EVIDENCE = 5.6
+MAX_P = 1e-5  # of unrelated motions; one of 1000 wrong offsets is below it in 1 %
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
-MAX_CHANCE = 4.0  # standard errors, which the offset of stamps that agree exceeds in 0.1 %
+MAX_T = 4.0  # standard errors, which the offset of stamps that agree exceeds in 0.1 %
 MAX_ERROR = 0.05  # seconds, of an offset that is certain
 ROUNDING = 1e-12
 NEAR = 0.5  # share of the strength down to which neighbouring offsets belong to the best one
@@ -54,7 +54,7 @@ class Clock:
 
     seconds: float
     error: float  # standard error in seconds
-    evidence: float  # standard errors by which motions agree better than elsewhere
+    p: float  # with which unrelated motions agree so much better than elsewhere
     runner_up: float  # another offset, in seconds; NaN if there is none
     rival: float  # strength of the runner-up, relative to the best
     motions: str  # "rotation rates" or "speeds"
@@ -62,14 +62,14 @@ class Clock:
     @property
     def certain(self) -> bool:
         """Whether the motions agree throughout, and at no other offset nearly as well."""
-        alone = self.rival <= MAX_RIVAL and self.evidence >= MIN_EVIDENCE
+        alone = self.rival <= MAX_RIVAL and self.p <= MAX_P
         return alone and self.error <= MAX_ERROR
 
     @property
     def agrees(self) -> bool:
         """Whether the stamps agree as they are."""
         tiny = TINY if self.motions == "rotation rates" else TINY_BY_SPEEDS
-        return abs(self.seconds) <= max(tiny, MAX_CHANCE * self.error)
+        return abs(self.seconds) <= max(tiny, MAX_T * self.error)
 
 
 def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:
@@ -113,7 +113,7 @@ def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> 
     return Clock(
         seconds=moved + seconds,
         error=error,
-        evidence=_evidence(ref, motions, float(offsets[best]), elsewhere),
+        p=_p_of_unrelated(ref, motions, float(offsets[best]), elsewhere),
         runner_up=moved + float(offsets[runner_up]) if rival > 0 else np.nan,
         rival=rival / float(strength[best]),
         motions="rotation rates" if rotations else "speeds",
@@ -271,26 +271,28 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
     return offsets, n * np.log(gain), _Elsewhere(disagreements, cap)
 
 
-def _evidence(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
-    """Return by how many standard errors motions agree better at an offset than elsewhere.
+def _p_of_unrelated(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
+    """Return the p-value of motions that agree better at an offset than elsewhere.
 
-    Each is compared with itself: outliers agree nowhere, and say nothing. The standard error comes
-    from the means over stretches of time, in which motions are alike.
+    Each is compared with itself: outliers agree nowhere, and say nothing. Student's t comes from
+    the means over stretches of time, in which motions are alike, and which are no shorter than one.
     """
     (first, first_known), (second, second_known) = (
         ref.at(motions.starts + offset),
         ref.at(motions.ends + offset),
     )
     known = first_known & second_known
-    if not known.any():
-        return 0.0
+    n = min(int((motions.ends[-1] - motions.starts[0]) / SPAN), BLOCKS)
+    if n < 2 or not known.any():
+        return 1.0
     difference = ref.sizes(first, second) - motions.sizes
     if not ref.rotations:
         difference -= difference[known].mean()
     disagreements = np.minimum(np.abs(difference), elsewhere.cap)
     gain = np.where(known, elsewhere.disagreements - disagreements, 0)
-    means = np.array([part.mean() for part in np.array_split(gain, BLOCKS)])
-    return float(means.mean() / (means.std(ddof=1) / np.sqrt(BLOCKS) + ROUNDING))
+    means = np.array([part.mean() for part in np.array_split(gain, n)])
+    t = means.mean() / (means.std(ddof=1) / np.sqrt(n) + ROUNDING)
+    return float(stdtr(n - 1, -t))
 
 
 _Vectors = Callable[[Floats, Floats], Floats]  # of motions, from points (n, 4) or (n, 3) to others

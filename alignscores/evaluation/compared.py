@@ -150,6 +150,11 @@ def notes_on_matching(
         clock, seconds = outcome.clock, outcome.t_offset
         if seconds and clock:
             text = f"time offset of {seconds:.4f} s (standard error {clock.error:.4f} s) added"
+        elif clock and clock.certain and not clock.agrees:
+            text = (
+                f"no time offset added: {clock.seconds:.4f} s (standard error {clock.error:.4f} s) "
+                "fits its motions best, but does not raise the score clearly"
+            )
         elif clock and clock.certain:
             text = "no time offset added: its motions fit with its stamps as they are"
         else:

@@ -56,7 +56,7 @@ CLEAR = 0.1  # gain of a remedy
 SMALL, MIN_T = 0.01, 2.0  # or so small a one, of so many standard errors
 OUTLIER = 3.0  # median errors
 EQUAL = 0.02  # difference between remedies that are equally good
-FRAME_RATE = 10.0  # in Hz, of frames without stamps
+SPAN_OF_FRAMES = 30  # over which motions are compared, or BLOCKS in a file
 BLOCKS = 20  # stretches of time, for standard errors
 MOTION_DEG = 30.0  # largest rotation from one frame to the next
 # Shares of larger rotations: in a reference, and in an estimate with outliers.
@@ -385,16 +385,19 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
 
 
 def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the shift of frame numbers or rows, if it is certain: that of a clock at FRAME_RATE."""
+    """Yield the shift of frame numbers or rows, if it is certain, as that of a clock is."""
     reference, estimate = state.reference, state.estimate
     if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "i":
         return
     if not state.settings.file_format.ordered:
         return
-    clock = find_clock(
-        *(poses._replace(keys=poses.keys / FRAME_RATE) for poses in (reference, estimate))
-    )
-    shift = round(clock.seconds * FRAME_RATE) if clock and clock.certain else 0
+    span = min(SPAN_OF_FRAMES, np.ptp(estimate.keys) / BLOCKS)  # a second, for the clock
+    if span == 0:
+        return
+    clock = find_clock(*(poses._replace(keys=poses.keys / span) for poses in (reference, estimate)))
+    if clock is None or not clock.certain:
+        return
+    shift = round(clock.seconds * span)
     if shift:
         yield _Remedy(
             "clock",
@@ -403,6 +406,7 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
             "write the number of its frame before each pose",
             reference,
             estimate._replace(keys=estimate.keys + shift),
+            min_t=MIN_T if clock.motions == "speeds" else 0.0,
         )
 
 

@@ -1,0 +1,472 @@
+"""Count how often the hints on mistakes in files are right: ``python -m benchmarks.hints``.
+
+Pairs of random paths are written to files, without a mistake and with one. A pair counts as wrong
+if its mistake costs at least 0.03 of the score, since a hint must raise the score clearly. It is
+named right if all hints are of its kind, name its file, and the score they promise is reached by
+their options; one hint of several possibilities is right if one of them is.
+"""
+
+import argparse
+import re
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation, RotationSpline, Slerp
+from threadpoolctl import threadpool_limits
+
+from alignscores import Evaluation, evaluate
+from alignscores.arrays import Floats
+from alignscores.evaluation.evaluation import Hint
+from alignscores.io import FAILURES, inverse_poses
+
+__all__ = ["main"]
+
+MIN_COST = 0.03  # of a mistake
+NEAR = 0.05  # between the score that is promised and that of the files without a mistake
+MIN_SCORE = 0.2  # of files without a mistake: of others nothing can be said
+REF, EST = "reference.txt", "estimate.txt"
+OTHER_AXES = np.diag([1.0, -1, -1, 1]), np.eye(4)[[1, 2, 0, 3]], np.eye(4)[[2, 0, 1, 3]]
+
+
+class Path3D(NamedTuple):
+    """Stamps in seconds and camera-to-world poses (n, 4, 4)."""
+
+    stamps: Floats
+    poses: Floats
+
+
+@dataclass(frozen=True)
+class Written:
+    """What is written to a file, and how."""
+
+    path: Path3D
+    table: bool  # TUM's, otherwise KITTI's
+    seconds: float = 1.0  # units of its stamps in a second
+    w_first: bool = False
+    positions_only: bool = False
+
+    def write(self, file: Path) -> None:
+        """Write the file, with all digits."""
+        stamps, poses = self.path
+        if not self.table:
+            np.savetxt(file, poses[:, :3].reshape(-1, 12), fmt="%.16g")
+            return
+        quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat(scalar_first=self.w_first)
+        columns = [stamps * self.seconds, poses[:, :3, 3], quaternions]
+        np.savetxt(file, np.column_stack(columns[: 2 if self.positions_only else 3]), fmt="%.16g")
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A reference, an estimate, the settings that score them, and the mistake in some files."""
+
+    reference: Written
+    estimate: Written
+    settings: dict[str, Any] = field(default_factory=dict)
+    mistake: str = ""
+    files: tuple[str, ...] = ()
+
+
+def make_path(rng: np.random.Generator, kind: str, seconds: float, rate: float) -> Path3D:
+    """Return a random path: of a camera in a hand, a drone, a car, or around an object."""
+    stamps = np.arange(int(seconds * rate)) / rate
+    if kind == "car":
+        fine = np.arange(0, seconds + 1, 0.02)
+        heading = np.cumsum(_smooth(rng, fine, 3.0, 0.15)[:, 0]) * 0.02 * rng.uniform(0.5, 2)
+        speed = np.maximum(8 + 5 * _smooth(rng, fine, 5.0, 1.0)[:, 0], 0)
+        slope = 0.03 * _smooth(rng, fine, 4.0, 1.0)[:, 0]
+        way = speed[:, None] * np.stack([np.cos(heading), np.sin(heading), slope], axis=1)
+        positions = CubicSpline(fine, np.cumsum(way, axis=0) * 0.02)(stamps)
+        shaking = np.radians(0.5) * _smooth(rng, stamps, 0.3, 1.0)
+        turns = np.interp(stamps, fine, heading), -np.interp(stamps, fine, slope)
+        body = Rotation.from_euler("ZY", np.stack(turns, axis=1)) * Rotation.from_rotvec(shaking)
+        looks = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+        return Path3D(stamps, _poses(body * looks, positions))
+    if kind == "around an object":
+        angle = rng.uniform(0.3, 1.5) * 2 * np.pi * stamps / seconds
+        radius = 2 + 0.3 * _smooth(rng, stamps, 5.0, 1.0)[:, 0]
+        height = 0.7 + 0.4 * _smooth(rng, stamps, 5.0, 1.0)[:, 0]
+        positions = np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
+        ahead = -positions / np.linalg.norm(positions, axis=1, keepdims=True)
+        right = np.cross(ahead, [0.0, 0, 1])
+        right /= np.linalg.norm(right, axis=1, keepdims=True)
+        axes = np.stack([right, np.cross(ahead, right), ahead], axis=-1)
+        shaking = Rotation.from_rotvec(np.radians(2) * _smooth(rng, stamps, 0.7, 1.0))
+        return Path3D(stamps, _poses(Rotation.from_matrix(axes) * shaking, positions))
+    step, tilt, knots = (0.3, 0.35, 1.0) if kind == "hand" else (2.0, 0.1, 2.0)
+    times = np.arange(-2, seconds + 3 * knots, knots)
+    positions = np.cumsum(step * rng.normal(size=(len(times), 3)) * [1, 1, 0.4], axis=0)
+    yaw = np.cumsum(0.4 * rng.normal(size=len(times)))
+    tilts = Rotation.from_rotvec(tilt * rng.normal(size=(len(times), 3)) * [1, 1, 0.1])
+    rotations = RotationSpline(times, Rotation.from_euler("z", yaw[:, None]) * tilts)
+    looks = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+    return Path3D(stamps, _poses(rotations(stamps) * looks, CubicSpline(times, positions)(stamps)))
+
+
+def _smooth(rng: np.random.Generator, stamps: Floats, knots: float, sigma: float) -> Floats:
+    """Return smooth random curves (n, 3) through knots of that distance."""
+    times = np.arange(stamps[0] - 2 * knots, stamps[-1] + 3 * knots, knots)
+    return np.asarray(CubicSpline(times, sigma * rng.normal(size=(len(times), 3)))(stamps))
+
+
+def _poses(rotations: Rotation, positions: Floats) -> Floats:
+    poses = np.tile(np.eye(4), (len(positions), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = rotations.as_matrix(), positions
+    return poses
+
+
+def estimate_of(rng: np.random.Generator, truth: Path3D, stamps: Floats) -> Path3D:
+    """Return an estimate at these stamps: with drift as it is integrated, noise and outliers."""
+    rotations = Slerp(truth.stamps, Rotation.from_matrix(truth.poses[:, :3, :3]))(stamps)
+    positions = CubicSpline(truth.stamps, truth.poses[:, :3, 3])(stamps)
+    n, step = len(stamps), _step(positions)
+    poses = _poses(rotations, positions)
+    if rng.random() < 0.6:  # motions are off, and the errors add up
+        motions = inverse_poses(poses[:-1]) @ poses[1:]
+        seconds = np.diff(stamps)[:, None]
+        turns = np.radians(rng.uniform(0.02, 0.5)) * np.sqrt(seconds) * rng.normal(size=(n - 1, 3))
+        turns += np.radians(rng.uniform(0, 0.05)) * rng.normal(size=3) * seconds
+        lengths = 1 + rng.uniform(0, 0.03) * _smooth(rng, stamps[1:], 10.0, 1.0)[:, :1]
+        noise = rng.uniform(0.01, 0.1) * step * rng.normal(size=(n - 1, 3))
+        motions[:, :3, :3] = motions[:, :3, :3] @ Rotation.from_rotvec(turns).as_matrix()
+        motions[:, :3, 3] = motions[:, :3, 3] * lengths + noise
+        for row, motion in enumerate(motions):
+            poses[row + 1] = poses[row] @ motion
+    else:
+        poses[:, :3, 3] += rng.uniform(0.1, 1) * step * _smooth(rng, stamps, 2.0, 1.0)
+    turns = np.radians(rng.uniform(0.05, 2)) * rng.normal(size=(n, 3))
+    poses[:, :3, :3] = poses[:, :3, :3] @ Rotation.from_rotvec(turns).as_matrix()
+    poses[:, :3, 3] += rng.uniform(0.02, 0.4) * step * rng.normal(size=(n, 3))
+    outliers = rng.random(n) < rng.choice([0.0, 0.0, 0.05, 0.3])
+    poses[outliers, :3, 3] += 20 * step * rng.normal(size=(outliers.sum(), 3))
+    poses[outliers, :3, :3] = Rotation.random(outliers.sum(), random_state=rng).as_matrix()
+    return Path3D(stamps, poses)
+
+
+def _step(positions: Floats) -> float:
+    return float(np.median(np.linalg.norm(np.diff(positions, axis=0), axis=1)))
+
+
+def kept(rng: np.random.Generator, stamps: Floats) -> Floats:
+    """Return the stamps of an estimate: another rate or keyframes, cut at the ends, with a gap."""
+    if rng.random() < 0.3:
+        stamps = stamps[rng.random(len(stamps)) < rng.uniform(0.1, 0.5)]
+    else:
+        stamps = stamps[:: rng.integers(1, 4)]
+    first, last = rng.uniform(0, 0.1), rng.uniform(0.9, 1)
+    stamps = stamps[int(first * len(stamps)) : int(last * len(stamps))]
+    if rng.random() < 0.3:
+        start = int(rng.uniform(0.1, 0.7) * len(stamps))
+        stamps = np.delete(stamps, np.s_[start : start + int(0.15 * len(stamps))])
+    return stamps
+
+
+def in_frame(rng: np.random.Generator, truth: Path3D, estimate: Path3D) -> Path3D:
+    """Return an estimate in a coordinate frame that systems use."""
+    poses = estimate.poses.copy()
+    match rng.choice(["the same", "of the first pose", "yaw", "any"]):
+        case "of the first pose":
+            poses = inverse_poses(poses[:1]) @ poses
+        case "yaw":
+            turn = Rotation.from_euler("z", rng.uniform(0, 2 * np.pi, 1))
+            poses = _poses(turn, 5 * rng.normal(size=(1, 3))) @ poses
+        case "any":
+            turn = Rotation.random(1, random_state=rng)
+            poses = _poses(turn, 5 * rng.normal(size=(1, 3))) @ poses
+            poses[:, :3, 3] *= np.exp(rng.normal())
+    return estimate._replace(poses=poses)
+
+
+def draw(rng: np.random.Generator, real: Sequence[tuple[Path3D, Path3D]]) -> Pair:
+    """Return files without a mistake: random ones, or a random part of real ones."""
+    if real and rng.random() < 0.3:
+        truth, estimate = real[int(rng.integers(len(real)))]
+        start = rng.uniform(0, 0.6) * np.ptp(truth.stamps) + truth.stamps[0]
+        end = start + rng.uniform(0.25, 0.4) * np.ptp(truth.stamps)
+        truth, estimate = (_between(path, start, end) for path in (truth, estimate))
+        return Pair(Written(truth, True), Written(estimate, True))
+    kind = rng.choice(["hand", "drone", "car", "around an object"])
+    rate = float(rng.choice([10, 20, 30, 100]))
+    truth = make_path(rng, kind, rng.uniform(20, 90), rate)
+    if rng.random() < 0.25:  # by row, in KITTI's format
+        estimate = in_frame(rng, truth, estimate_of(rng, truth, truth.stamps))
+        return Pair(Written(truth, False), Written(estimate, False))
+    inner = np.arange(truth.stamps[0], truth.stamps[-1], 1 / rng.choice([5.0, 10, 20, 30]))
+    stamps = kept(rng, inner[1:] + rng.uniform(0, 0.01))
+    if len(stamps) < 20:
+        return draw(rng, real)
+    estimate = in_frame(rng, truth, estimate_of(rng, truth, stamps[stamps < truth.stamps[-1]]))
+    return Pair(Written(truth, True), Written(estimate, True))
+
+
+def _between(path: Path3D, start: float, end: float) -> Path3D:
+    """Return a part of a path, with its stamps since the start."""
+    rows = (path.stamps >= start) & (path.stamps <= end)
+    return Path3D(path.stamps[rows] - start, path.poses[rows])
+
+
+def with_mistake(rng: np.random.Generator, pair: Pair, name: str) -> tuple[Pair, Pair]:
+    """Return the pair as it is scored without a mistake, and with it in one file or both."""
+    if not name:
+        return pair, pair
+    mistake = MISTAKES[name]
+    files = mistake.files[int(rng.integers(len(mistake.files)))]
+    seed = int(rng.integers(2**32))  # the same mistake in both
+    if name == "lengths":
+        pair = replace(pair, settings={"alignment": "rigid"})
+    if name == "axes swapped":
+        reference = replace(pair.reference, positions_only=pair.reference.table)
+        pair = replace(pair, reference=reference)
+    reference, estimate = (
+        mistake.make(written, np.random.default_rng(seed)) if file in files else written
+        for file, written in ((REF, pair.reference), (EST, pair.estimate))
+    )
+    return pair, Pair(reference, estimate, pair.settings, name, files)
+
+
+def _with(written: Written, poses: Floats) -> Written:
+    return replace(written, path=written.path._replace(poses=poses))
+
+
+def _late(written: Written, rng: np.random.Generator) -> Written:
+    offset = rng.choice([-1, 1]) * 10 ** rng.uniform(-1.3, rng.choice([1.0, 8.0]))
+    return replace(written, path=written.path._replace(stamps=written.path.stamps + offset))
+
+
+def _of_later_rows(written: Written, rng: np.random.Generator) -> Written:
+    first, poses = int(rng.integers(2, 40)), written.path.poses
+    return _with(written, np.concatenate([poses[first:], poses[-1:].repeat(first, axis=0)]))
+
+
+def _in_other_units(written: Written, rng: np.random.Generator) -> Written:
+    return replace(written, seconds=float(rng.choice([1e3, 1e6])))
+
+
+def _in_other_lengths(written: Written, rng: np.random.Generator) -> Written:
+    poses = written.path.poses.copy()
+    poses[:, :3, 3] *= rng.choice([1e3, 1e2, 3.28084])
+    return _with(written, poses)
+
+
+def _inverted(written: Written, _: np.random.Generator) -> Written:
+    return _with(written, inverse_poses(written.path.poses))
+
+
+def _transposed(written: Written, _: np.random.Generator) -> Written:
+    poses = written.path.poses.copy()
+    poses[:, :3, :3] = poses[:, :3, :3].swapaxes(1, 2)
+    return _with(written, poses)
+
+
+def _w_first(written: Written, _: np.random.Generator) -> Written:
+    return replace(written, w_first=True)
+
+
+def _inverted_w_first(written: Written, rng: np.random.Generator) -> Written:
+    return _w_first(_inverted(written, rng), rng)
+
+
+def _other_axes(written: Written, rng: np.random.Generator) -> Written:
+    return _with(written, written.path.poses @ OTHER_AXES[rng.integers(len(OTHER_AXES))])
+
+
+def _mounted(written: Written, rng: np.random.Generator) -> Written:
+    direction = rng.normal(size=3)
+    angle = np.radians(rng.uniform(20, 90))
+    turn = Rotation.from_rotvec([angle * direction / np.linalg.norm(direction)])
+    return _with(written, written.path.poses @ _poses(turn, np.zeros((1, 3))))
+
+
+def _left_handed(written: Written, rng: np.random.Generator) -> Written:
+    mirror = np.diag([*rng.permutation([1.0, 1.0, -1.0]), 1.0])
+    return _with(written, mirror @ written.path.poses @ mirror)
+
+
+def _swapped(written: Written, _: np.random.Generator) -> Written:
+    swap = np.eye(4)[[1, 0, 2, 3]]
+    return _with(written, swap @ written.path.poses @ swap)
+
+
+def _motions(written: Written, _: np.random.Generator) -> Written:
+    poses = written.path.poses
+    return _with(written, np.concatenate([poses[:1], inverse_poses(poses[:-1]) @ poses[1:]]))
+
+
+class Mistake(NamedTuple):
+    """How a mistake is made, what its hint says, in which files and formats it occurs."""
+
+    make: Callable[[Written, np.random.Generator], Written]
+    says: str
+    files: tuple[tuple[str, ...], ...]
+    tables: tuple[bool, ...] = (True, False)
+
+
+ONE, EITHER, ANY = ((EST,),), ((REF,), (EST,)), ((REF,), (EST,), (REF, EST))
+MISTAKES = {
+    "clock": Mistake(_late, "its clock is off", ONE, (True,)),
+    "frames": Mistake(_of_later_rows, "its frames are off", ONE, (False,)),
+    "stamps": Mistake(_in_other_units, "stamps seem to be .* in {file}", ANY, (True,)),
+    "lengths": Mistake(_in_other_lengths, "the positions of {file} seem to be in", EITHER),
+    "inverted": Mistake(
+        _inverted,
+        "the poses of {file} seem to be world-to-camera|if both files are world-to-camera",
+        ANY,
+    ),
+    "rotations inverted": Mistake(_transposed, "the rotations of {file} seem to be", EITHER),
+    "w first": Mistake(_w_first, "the quaternions of {file} seem to have w", EITHER, (True,)),
+    "inverted, w first": Mistake(
+        _inverted_w_first, "quaternions of {file} seem .* poses of {file} seem", EITHER, (True,)
+    ),
+    "camera axes": Mistake(_other_axes, "the camera frame", ONE),
+    "mounting angle": Mistake(_mounted, "the camera frame", ONE),
+    "left-handed": Mistake(_left_handed, "mirror images", EITHER),
+    "axes swapped": Mistake(_swapped, "mirror images", ((REF,),)),
+    "motions": Mistake(_motions, "the rows of {file} seem to be motions", EITHER),
+}
+KINDS = (  # of hints on mistakes
+    *("clock", "units", "inverted", "inverted rotations", "quaternions", "frame", "mirrored"),
+    "increments",
+)
+
+
+class Judged(NamedTuple):
+    """What is said of a pair, and its scores without the mistake and with it."""
+
+    number: int
+    mistake: str
+    files: str
+    right: float
+    score: float
+    said: str  # "right", "wrong", or an empty string
+    text: str
+
+
+def judge(number: int, seed: int, mistake: str, real: Sequence[tuple[Path3D, Path3D]]) -> Judged:
+    """Draw a pair that can have the mistake, score it, and return what is said of it."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
+    tables = MISTAKES[mistake].tables if mistake else (True, False)
+    with TemporaryDirectory() as name, threadpool_limits(limits=1):
+        folder, right = Path(name), 0.0
+        while right < MIN_SCORE:
+            drawn = draw(rng, real)
+            if drawn.reference.table in tables:
+                without, pair = with_mistake(rng, drawn, mistake)
+                right = scored(without, folder).score
+        result = scored(pair, folder)
+        said = ""
+        if result.hints:
+            said = "right" if is_right(pair, right, result, folder) else "wrong"
+    files = "+".join(pair.files)
+    return Judged(number, mistake, files, right, result.score, said, " | ".join(result.hints))
+
+
+class Scored(NamedTuple):
+    """The score of files, and the hints on mistakes."""
+
+    score: float
+    hints: list[str]
+
+
+def scored(pair: Pair, folder: Path) -> Scored:
+    """Write and score files; a refusal is a hint if it says what lets them be scored."""
+    for file, written in ((REF, pair.reference), (EST, pair.estimate)):
+        written.write(folder / file)
+    try:
+        result = evaluate(folder / REF, folder / EST, **pair.settings)
+    except FAILURES as error:
+        return Scored(0.0, [str(error)] if "corrected)" in str(error) else [])
+    hints = [note for note in result.notes if isinstance(note, Hint) and note.kind in KINDS]
+    return Scored(score_of(result), [*map(str, hints)])
+
+
+def score_of(result: Evaluation) -> float:
+    """Return the PAS, or the TAS of positions only."""
+    return result.pas if result.has_rotations else result.tas
+
+
+def is_right(pair: Pair, right: float, result: Scored, folder: Path) -> bool:
+    """Return whether the only hint has a possibility that names the mistake and corrects it."""
+    if not pair.mistake or len(result.hints) > 1:
+        return False
+    file = f"both {REF} and {EST}" if len(pair.files) == 2 else re.escape(pair.files[0])
+    for possibility in result.hints[0].split("; or "):
+        corrected = float(re.findall(r"([0-9.]+) corrected", possibility)[-1])
+        names = re.search(MISTAKES[pair.mistake].says.format(file=file), possibility)
+        if names and corrected >= right - NEAR and follows(pair, possibility, corrected, folder):
+            return True
+    return False
+
+
+def follows(pair: Pair, possibility: str, corrected: float, folder: Path) -> bool:
+    """Return whether options reach the corrected score; changes of files are left to others."""
+    advice = possibility.split("corrected); ")[-1].split("; ")[0]
+    options = re.findall(r"--([a-z_]+)(?: '([^']*)'| (auto|interpolate|similarity))?", advice)
+    if not options or advice.startswith(("write", "leave out")) or ", then" in advice:
+        return True
+    settings = {name: quoted or word or True for name, quoted, word in options}
+    try:
+        result = evaluate(folder / REF, folder / EST, **pair.settings | settings)
+    except FAILURES:
+        return False
+    return abs(score_of(result) - corrected) <= 0.01
+
+
+def counts(judged: pd.DataFrame) -> pd.DataFrame:
+    """Count, for each mistake, the pairs, those that it costs enough, and what is said of them."""
+    costly = judged.right - judged.score >= MIN_COST
+    return pd.DataFrame(
+        {
+            "pairs": judged.groupby("mistake", sort=False).size(),
+            "costly": costly.groupby(judged.mistake, sort=False).sum(),
+            **{
+                f"{said}": (costly & (judged.said == value)).groupby(judged.mistake).sum()
+                for said, value in (("named", "right"), ("silent", ""))
+            },
+            "wrong": (judged.said == "wrong").groupby(judged.mistake).sum(),
+        }
+    )
+
+
+def read_real(reference: str, estimate: str) -> tuple[Path3D, Path3D]:
+    """Read a real pair; frames are 0.1 s apart."""
+    result = evaluate(reference, estimate)
+    paths = []
+    for keys, poses in (result.reference, result.estimate):
+        paths.append(Path3D(keys / 10 if keys.dtype.kind == "i" else keys, poses))
+    return paths[0], paths[1]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print what is said of pairs with each mistake, and of those without one."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.hints", description=__doc__)
+    parser.add_argument("--pairs", type=int, default=200, help="with a mistake, and without (200)")
+    parser.add_argument("--seed", type=int, default=0, help="of the random pairs (0)")
+    parser.add_argument("--n_jobs", type=int, default=2, help="processes (2)")
+    parser.add_argument("--mistakes", nargs="*", default=[*MISTAKES], choices=MISTAKES, metavar="M")
+    real = "files of a right pair, of which random parts are taken, too"
+    parser.add_argument("--real", nargs=2, action="append", default=[], help=real)
+    parser.add_argument("--output", type=Path, help="CSV file with what is said of each pair")
+    options = parser.parse_args(arguments)
+    paths = [read_real(*files) for files in options.real]
+    names = [options.mistakes[i % len(options.mistakes)] for i in range(options.pairs)]
+    judged = Parallel(n_jobs=options.n_jobs)(
+        delayed(judge)(number, options.seed, name, paths)
+        for number, name in enumerate([*names, *[""] * options.pairs])
+    )
+    table = pd.DataFrame(judged, columns=Judged._fields)
+    if options.output:
+        table.to_csv(options.output, index=False)
+    print(counts(table).to_string())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
