@@ -242,7 +242,8 @@ def _late(written: Written, rng: np.random.Generator) -> Written:
 
 
 def _of_later_rows(written: Written, rng: np.random.Generator) -> Written:
-    first, poses = int(rng.integers(2, 40)), written.path.poses
+    poses = written.path.poses
+    first = int(rng.integers(2, 3 + len(poses) // 33))
     return _with(written, np.concatenate([poses[first:], poses[-1:].repeat(first, axis=0)]))
 
 

@@ -397,15 +397,18 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     clock = find_clock(*(poses._replace(keys=poses.keys / span) for poses in (reference, estimate)))
     if clock is None or not clock.certain:
         return
-    shift = round(clock.seconds * span)
-    if shift:
+    shift, error = clock.seconds * span, clock.error * span
+    shifts = range(round(shift - 2 * error), round(shift + 2 * error) + 1)
+    if 0 in shifts:
+        return
+    for frames in sorted(shifts, key=lambda frames: abs(frames - shift)):
         yield _Remedy(
             "clock",
-            f"its frames are off by {abs(shift)}: its motions fit those of {files.reference} best "
-            f"if its frame 0 is frame {shift}",
+            f"its frames are off by {abs(frames)}: its motions fit those of {files.reference} best "
+            f"if its frame 0 is frame {frames}",
             "write the number of its frame before each pose",
             reference,
-            estimate._replace(keys=estimate.keys + shift),
+            estimate._replace(keys=estimate.keys + frames),
             min_t=MIN_T if clock.motions == "speeds" else 0.0,
         )
 
@@ -448,6 +451,11 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     if state.has_rotations:
         inverted = _inverted(state.settings)
         found = find_conventions(state.scored.gt_poses, state.scored.est_poses, inverted=inverted)
+    mirrors = (
+        list(_mirrors(state, files)) if found else []
+    )  # on a plane, both have much the same effect
+    if mirrors and _fits_mirrored(state.scored, state.settings):
+        yield from mirrors
     for convention in found:
         frame, body_rotation = "", convention.body_rotation
         if body_rotation is not None:
@@ -463,8 +471,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
             if _may_both_be_inverted(state.scored, body_rotation):
                 option += "; if both files are world-to-camera, --ref_invert --est_invert instead"
             yield _Remedy("frame", frame, option, state.reference, state.estimate, changes)
-    if found:
-        yield from _mirrors(state, files)  # on a plane, both have much the same effect
+    yield from mirrors
 
 
 def _may_both_be_inverted(scored: Scored, body_rotation: Floats | None) -> bool:
