@@ -119,7 +119,9 @@ def find_conventions(
         return []
     fits = [_fit(pair, axes) for pair, axes in _candidates(original, moved, inverted)]
     better = [
-        fit for fit in fits if fit.ras >= (min_ras if fit.is_consistent else min_ras_inconsistent)
+        fit
+        for fit in fits
+        if fit.ras - fit.optimism >= (min_ras if fit.is_consistent else min_ras_inconsistent)
     ]
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
     single = max((fit.ras for fit in better if not fit.is_double), default=0.0)
@@ -166,6 +168,7 @@ class _Candidate(NamedTuple):
     apart_deg: float  # between the alignments of rotations and positions; nan if these have none
     pair: _Pair
     body: Floats
+    optimism: float  # of the RAS, where B was fitted to the same cameras
 
     @property
     def has_same_axes(self) -> bool:
@@ -188,12 +191,11 @@ def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
     """Return how well rotations fit with these axes of the cameras, None for any."""
     body = _fitted_frame(pair.gt, pair.est, pair.positions.rotation) if axes is None else axes
     ras, frame = _ras(pair.gt, pair.est, body)
-    if axes is None:
-        ras -= _optimism(pair)
+    optimism = _optimism(pair) if axes is None else 0.0
     apart = np.nan
     if pair.positions.rotation is not None:
         apart = float(rotation_angles((pair.positions.rotation.T @ frame)[None])[0])
-    return _Candidate(ras, apart, pair, body)
+    return _Candidate(ras, apart, pair, body, optimism)
 
 
 def _optimism(pair: _Pair) -> float:
