@@ -1,9 +1,10 @@
 """Count how often the hints on mistakes in files are right: ``python -m benchmarks.hints``.
 
-Pairs of random paths are written to files, without a mistake and with one. A pair counts as wrong
-if its mistake costs at least 0.03 of the score, since a hint must raise the score clearly. It is
-named right if all hints are of its kind, name its file, and the score they promise is reached by
-their options; one hint of several possibilities is right if one of them is.
+Random trajectories and estimates are written to files, without a mistake and with one. Only
+mistakes that cost at least 0.03 of the score count, since a hint must raise the score clearly. A
+mistake is named if there is one hint, which names the mistake, the file if it matters, and a score
+near the one without the mistake; its options must reach that score. A hint may list possibilities
+that fit equally well.
 """
 
 import argparse
@@ -30,8 +31,8 @@ from alignscores.io import FAILURES, inverse_poses
 __all__ = ["main"]
 
 MIN_COST = 0.03  # of a mistake
-NEAR = 0.05  # between the score that is promised and that of the files without a mistake
-MIN_SCORE = 0.2  # of files without a mistake: of others nothing can be said
+NEAR = 0.05  # between the corrected score and that of the files without a mistake
+MIN_SCORE = 0.2  # of files without a mistake; other estimates failed
 REF, EST = "reference.txt", "estimate.txt"
 OTHER_AXES = np.diag([1.0, -1, -1, 1]), np.eye(4)[[1, 2, 0, 3]], np.eye(4)[[2, 0, 1, 3]]
 
@@ -76,7 +77,7 @@ class Pair:
 
 
 def make_path(rng: np.random.Generator, kind: str, seconds: float, rate: float) -> Path3D:
-    """Return a random path: of a camera in a hand, a drone, a car, or around an object."""
+    """Return the random path of a hand-held camera, a drone, a car, or around an object."""
     stamps = np.arange(int(seconds * rate)) / rate
     if kind == "car":
         fine = np.arange(0, seconds + 1, 0.02)
@@ -124,12 +125,12 @@ def _poses(rotations: Rotation, positions: Floats) -> Floats:
 
 
 def estimate_of(rng: np.random.Generator, truth: Path3D, stamps: Floats) -> Path3D:
-    """Return an estimate at these stamps: with drift as it is integrated, noise and outliers."""
+    """Return an estimate with integrated drift or smooth errors, noise and outliers."""
     rotations = Slerp(truth.stamps, Rotation.from_matrix(truth.poses[:, :3, :3]))(stamps)
     positions = CubicSpline(truth.stamps, truth.poses[:, :3, 3])(stamps)
     n, step = len(stamps), _step(positions)
     poses = _poses(rotations, positions)
-    if rng.random() < 0.6:  # motions are off, and the errors add up
+    if rng.random() < 0.6:  # the errors of motions add up
         motions = inverse_poses(poses[:-1]) @ poses[1:]
         seconds = np.diff(stamps)[:, None]
         turns = np.radians(rng.uniform(0.02, 0.5)) * np.sqrt(seconds) * rng.normal(size=(n - 1, 3))
@@ -155,8 +156,8 @@ def _step(positions: Floats) -> float:
     return float(np.median(np.linalg.norm(np.diff(positions, axis=0), axis=1)))
 
 
-def kept(rng: np.random.Generator, stamps: Floats) -> Floats:
-    """Return the stamps of an estimate: another rate or keyframes, cut at the ends, with a gap."""
+def estimated_stamps(rng: np.random.Generator, stamps: Floats) -> Floats:
+    """Return some stamps: at a lower rate or keyframes, without the ends, with a gap."""
     if rng.random() < 0.3:
         stamps = stamps[rng.random(len(stamps)) < rng.uniform(0.1, 0.5)]
     else:
@@ -170,7 +171,7 @@ def kept(rng: np.random.Generator, stamps: Floats) -> Floats:
 
 
 def in_frame(rng: np.random.Generator, truth: Path3D, estimate: Path3D) -> Path3D:
-    """Return an estimate in a coordinate frame that systems use."""
+    """Return an estimate in one of the coordinate frames that systems use."""
     poses = estimate.poses.copy()
     match rng.choice(["the same", "of the first pose", "yaw", "any"]):
         case "of the first pose":
@@ -186,7 +187,7 @@ def in_frame(rng: np.random.Generator, truth: Path3D, estimate: Path3D) -> Path3
 
 
 def draw(rng: np.random.Generator, real: Sequence[tuple[Path3D, Path3D]]) -> Pair:
-    """Return files without a mistake: random ones, or a random part of real ones."""
+    """Return files without a mistake, random ones or a random part of real ones."""
     if real and rng.random() < 0.3:
         truth, estimate = real[int(rng.integers(len(real)))]
         start = rng.uniform(0, 0.6) * np.ptp(truth.stamps) + truth.stamps[0]
@@ -200,7 +201,7 @@ def draw(rng: np.random.Generator, real: Sequence[tuple[Path3D, Path3D]]) -> Pai
         estimate = in_frame(rng, truth, estimate_of(rng, truth, truth.stamps))
         return Pair(Written(truth, False), Written(estimate, False))
     inner = np.arange(truth.stamps[0], truth.stamps[-1], 1 / rng.choice([5.0, 10, 20, 30]))
-    stamps = kept(rng, inner[1:] + rng.uniform(0, 0.01))
+    stamps = estimated_stamps(rng, inner[1:] + rng.uniform(0, 0.01))
     if len(stamps) < 20:
         return draw(rng, real)
     estimate = in_frame(rng, truth, estimate_of(rng, truth, stamps[stamps < truth.stamps[-1]]))
@@ -302,10 +303,10 @@ def _motions(written: Written, _: np.random.Generator) -> Written:
 
 
 class Mistake(NamedTuple):
-    """How a mistake is made, what its hint says, in which files and formats it occurs."""
+    """How a mistake is made, the text of its hint, in which files and formats it occurs."""
 
     make: Callable[[Written, np.random.Generator], Written]
-    says: str
+    pattern: str
     files: tuple[tuple[str, ...], ...]
     tables: tuple[bool, ...] = (True, False)
 
@@ -339,19 +340,19 @@ KINDS = (  # of hints on mistakes
 
 
 class Judged(NamedTuple):
-    """What is said of a pair, and its scores without the mistake and with it."""
+    """The hints on a pair, the verdict on them, and the scores without the mistake and with it."""
 
     number: int
     mistake: str
     files: str
     right: float
     score: float
-    said: str  # "right", "wrong", or an empty string
-    text: str
+    verdict: str  # "right", "wrong", or an empty string without hints
+    hints: str
 
 
 def judge(number: int, seed: int, mistake: str, real: Sequence[tuple[Path3D, Path3D]]) -> Judged:
-    """Draw a pair that can have the mistake, score it, and return what is said of it."""
+    """Draw a pair that can have the mistake, score it, and judge its hints."""
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
     tables = MISTAKES[mistake].tables if mistake else (True, False)
     with TemporaryDirectory() as name, threadpool_limits(limits=1):
@@ -362,11 +363,11 @@ def judge(number: int, seed: int, mistake: str, real: Sequence[tuple[Path3D, Pat
                 without, pair = with_mistake(rng, drawn, mistake)
                 right = scored(without, folder).score
         result = scored(pair, folder)
-        said = ""
+        verdict = ""
         if result.hints:
-            said = "right" if is_right(pair, right, result, folder) else "wrong"
-    files = "+".join(pair.files)
-    return Judged(number, mistake, files, right, result.score, said, " | ".join(result.hints))
+            verdict = "right" if is_right(pair, right, result, folder) else "wrong"
+    files, hints = "+".join(pair.files), " | ".join(result.hints)
+    return Judged(number, mistake, files, right, result.score, verdict, hints)
 
 
 class Scored(NamedTuple):
@@ -377,7 +378,7 @@ class Scored(NamedTuple):
 
 
 def scored(pair: Pair, folder: Path) -> Scored:
-    """Write and score files; a refusal is a hint if it says what lets them be scored."""
+    """Write and score files; a refusal with a corrected score counts as a hint."""
     for file, written in ((REF, pair.reference), (EST, pair.estimate)):
         written.write(folder / file)
     try:
@@ -400,14 +401,14 @@ def is_right(pair: Pair, right: float, result: Scored, folder: Path) -> bool:
     file = f"both {REF} and {EST}" if len(pair.files) == 2 else re.escape(pair.files[0])
     for possibility in result.hints[0].split("; or "):
         corrected = float(re.findall(r"([0-9.]+) corrected", possibility)[-1])
-        names = re.search(MISTAKES[pair.mistake].says.format(file=file), possibility)
+        names = re.search(MISTAKES[pair.mistake].pattern.format(file=file), possibility)
         if names and corrected >= right - NEAR and follows(pair, possibility, corrected, folder):
             return True
     return False
 
 
 def follows(pair: Pair, possibility: str, corrected: float, folder: Path) -> bool:
-    """Return whether options reach the corrected score; changes of files are left to others."""
+    """Return whether options reach the corrected score; advice to change files is not tested."""
     advice = possibility.split("corrected); ")[-1].split("; ")[0]
     options = re.findall(r"--([a-z_]+)(?: '([^']*)'| (auto|interpolate|similarity))?", advice)
     if not options or advice.startswith(("write", "leave out")) or ", then" in advice:
@@ -421,19 +422,16 @@ def follows(pair: Pair, possibility: str, corrected: float, folder: Path) -> boo
 
 
 def counts(judged: pd.DataFrame) -> pd.DataFrame:
-    """Count, for each mistake, the pairs, those that it costs enough, and what is said of them."""
+    """Return the numbers of pairs, of costly mistakes, and of those by the verdict on the hints."""
     costly = judged.right - judged.score >= MIN_COST
-    return pd.DataFrame(
-        {
-            "pairs": judged.groupby("mistake", sort=False).size(),
-            "costly": costly.groupby(judged.mistake, sort=False).sum(),
-            **{
-                f"{said}": (costly & (judged.said == value)).groupby(judged.mistake).sum()
-                for said, value in (("named", "right"), ("silent", ""))
-            },
-            "wrong": (judged.said == "wrong").groupby(judged.mistake).sum(),
-        }
-    )
+    columns = {
+        "pairs": judged.right > 0,
+        "costly": costly,
+        "named": costly & (judged.verdict == "right"),
+        "silent": costly & (judged.verdict == ""),
+        "wrong": judged.verdict == "wrong",
+    }
+    return pd.DataFrame(columns).groupby(judged.mistake.replace("", "none"), sort=False).sum()
 
 
 def read_real(reference: str, estimate: str) -> tuple[Path3D, Path3D]:
@@ -446,7 +444,7 @@ def read_real(reference: str, estimate: str) -> tuple[Path3D, Path3D]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print what is said of pairs with each mistake, and of those without one."""
+    """Print counts for each mistake, and for pairs without one."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.hints", description=__doc__)
     parser.add_argument("--pairs", type=int, default=200, help="with a mistake, and without (200)")
     parser.add_argument("--seed", type=int, default=0, help="of the random pairs (0)")
@@ -454,7 +452,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--mistakes", nargs="*", default=[*MISTAKES], choices=MISTAKES, metavar="M")
     real = "files of a right pair, of which random parts are taken, too"
     parser.add_argument("--real", nargs=2, action="append", default=[], help=real)
-    parser.add_argument("--output", type=Path, help="CSV file with what is said of each pair")
+    parser.add_argument("--output", type=Path, help="CSV file with the hints on each pair")
     options = parser.parse_args(arguments)
     paths = [read_real(*files) for files in options.real]
     names = [options.mistakes[i % len(options.mistakes)] for i in range(options.pairs)]

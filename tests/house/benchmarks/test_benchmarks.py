@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
+from benchmarks import hints
 from benchmarks.__main__ import main
 
 
@@ -26,3 +28,17 @@ def test_another_version_stands_in_brackets(capsys, tmp_path, monkeypatch):
     with pytest.raises(SystemExit):
         main([f"--against={tmp_path}"])
     assert f"{tmp_path} is not a checkout" in capsys.readouterr().err
+
+
+def test_hints_are_counted_for_each_mistake(capsys, tmp_path):
+    output = tmp_path / "pairs.csv"
+    arguments = ["--pairs=2", "--mistakes", "inverted", "--n_jobs=1", f"--output={output}"]
+    assert hints.main(arguments) == 0
+    head, _, *rows = (line.split() for line in capsys.readouterr().out.splitlines())
+    assert head == ["pairs", "costly", "named", "silent", "wrong"]
+    assert sorted(rows) == [
+        ["inverted", "2", "2", "2", "0", "0"],
+        ["none", "2", "0", "0", "0", "0"],
+    ]
+    pairs = pd.read_csv(output)
+    assert (pairs.hints.str.contains("world-to-camera") == (pairs.mistake == "inverted")).all()
