@@ -74,7 +74,7 @@ def explain(
     if check and not hints:  # which may explain it
         functions.append(small_unit)
     notes = [note for function in functions if (note := function(evaluation))] + list(hints)
-    if check and evaluation.has_rotations and (low := low_score(evaluation)):
+    if check and (low := low_score(evaluation)):
         notes.append(low)
     return notes
 
@@ -232,8 +232,10 @@ def alignments(evaluation: Evaluation) -> Note | None:
 
 
 def low_score(evaluation: Evaluation) -> Note | None:
-    """Note why a PAS is below one half: lost frames, positions, or rotations."""
-    if evaluation.pas >= 0.5:
+    """Note why a PAS, or a TAS without rotations, is below one half."""
+    name = "PAS" if evaluation.has_rotations else "TAS"
+    score = evaluation.pas if evaluation.has_rotations else evaluation.tas
+    if score >= 0.5:
         return None
     tas, ras, matches = evaluation.result.tas, evaluation.result.ras, evaluation.matches
     far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
@@ -248,7 +250,7 @@ def low_score(evaluation: Evaluation) -> Note | None:
     bad = f"{np.mean(rotated):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
     if np.isfinite(ras.errors).any():
         reasons.append(bad if np.mean(rotated) > NOTABLE_SHARE else "rotations fine")
-    return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
+    return Note("low", f"{name} {score:.2f}: {', '.join(reasons)}") if reasons else None
 
 
 def _stretch(seconds: Floats, far: Booleans) -> str:
