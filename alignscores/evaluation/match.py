@@ -114,7 +114,7 @@ def match(
     check_duplicates(n, n - matches.duplicate, matches.keys, "estimate")
     if settings.missing == "fail":
         return matches
-    scored = matches.est_rows >= 0
+    scored = (matches.est_rows >= 0) & _present(matches.est_poses)
     names = "keys", "gt_poses", "est_poses", "gt_rows", "est_rows"
     return replace(matches, **{name: getattr(matches, name)[scored] for name in names})
 

@@ -69,8 +69,8 @@ def explain(
     """Return the notes on scores, with the hints on mistakes; with `check` those on low scores."""
     functions = [unmatched]
     if evaluation.matches.timed:
-        functions += [left_out_frames, duplicates, few_poses, ignored_time, chance]
-    functions += [frozen, lever_arm, indistinguishable, body_rotation, alignments]
+        functions += [left_out_frames, duplicates, few_poses, chance]
+    functions += [ignored, frozen, lever_arm, indistinguishable, body_rotation, alignments]
     if check and not hints:  # which may explain it
         functions.append(small_unit)
     notes = [note for function in functions if (note := function(evaluation))] + list(hints)
@@ -104,8 +104,7 @@ def unmatched(evaluation: Evaluation) -> Note | None:
     if matches.timed:
         where = "poses have no reference pose near them in time"
     else:
-        what = "frames" if evaluation.settings.file_format.ordered else "images"
-        where = f"{what} are not in the reference; left out"
+        where = f"{_frames(evaluation)} are not in the reference; left out"
     return Note("unmatched", f"{matches.unmatched} of {len(keys)} {where}")
 
 
@@ -171,11 +170,16 @@ def frozen(evaluation: Evaluation) -> Note | None:
     return Note("frozen", text) if n > n_all / 100 else None
 
 
-def ignored_time(evaluation: Evaluation) -> Note | None:
-    """Note much lost time that --missing ignore leaves out."""
+def _frames(evaluation: Evaluation) -> str:
+    return "frames" if evaluation.settings.file_format.ordered else "images"
+
+
+def ignored(evaluation: Evaluation) -> Note | None:
+    """Note many lost frames that --missing ignore leaves out."""
     if evaluation.lost <= NOTABLE_SHARE or evaluation.settings.missing != "ignore":
         return None
-    text = f"only {1 - evaluation.lost:.0%} of the time is scored, since the rest is lost"
+    what = "time is" if evaluation.matches.timed else f"{_frames(evaluation)} are"
+    text = f"only {1 - evaluation.lost:.0%} of the {what} scored, since the rest is lost"
     return Note("ignored", text, "--missing fail counts it as failures")
 
 
