@@ -550,6 +550,8 @@ def test_pose_graphs_of_g2o_are_read(write):
         read_g2o(write("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 2\n"))
     with pytest.raises(FileError, match="line 41: must hold 'VERTEX_SE3:QUAT id x y z"):
         read_g2o(write([*vertices, "VERTEX_SE3:QUAT 1 2"]))
+    with pytest.raises(FileError, match="line 41: must hold 'VERTEX_SE3:QUAT id x y z"):
+        read_g2o(write([*vertices, f"VERTEX_SE3:QUAT {2**63} 0 0 0 0 0 0 1"]))
     with pytest.raises(FileError, match=r"is a pose graph of g2o without VERTEX_SE3:QUAT"):
         read_g2o(write("VERTEX_SE2 0 1 2 3\n"))
 
