@@ -188,7 +188,7 @@ def chance(evaluation: Evaluation) -> Note | None:
     if evaluation.chance <= 0.05 or evaluation.tas >= 2 * evaluation.chance:
         return None
     text = f"the TAS is less than twice that of a camera that never moves, {evaluation.chance:.2f}"
-    why_so = "the reference stands still for much of the time, or has few frames"
+    why_so = "the reference stays near one place for part of the time, or has few frames"
     return Note("chance", f"{text}: {why_so}", "the half distance tells more")
 
 

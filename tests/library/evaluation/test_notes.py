@@ -153,6 +153,7 @@ def test_the_score_of_a_camera_that_never_moves(stands):
     assert len(noted) == stands
     if stands:
         assert f"that of a camera that never moves, {chance:.2f}" in noted[0]
+        assert noted[0].endswith("stays near one place for part of the time, or has few frames")
 
 
 def test_quaternions_with_w_at_the_wrong_end(run, score, lines, write):
