@@ -229,8 +229,8 @@ def alignments(evaluation: Evaluation) -> Note | None:
     if angle < APART_DEG:
         return None
     text = (
-        f"positions and rotations fit under alignments {angle:.0f} deg apart, which TAS and RAS do "
-        "not count: their frames or camera axes differ"
+        f"positions and rotations fit under alignments {angle:.0f} deg apart; TAS and RAS align "
+        "separately and do not show it: coordinate frames or camera axes differ"
     )
     return Note("apart", text)
 
