@@ -8,9 +8,9 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from ..evaluation.reading import format_of_file
 from ..evaluation.settings import Settings
 from ..extras import require
-from ..io import recognise
 from ..texts import brief, first_few, printable, unique_names
 from ..validation import check_positive
 from .patterns import BenchmarkError, Pattern
@@ -89,9 +89,8 @@ def from_files(
     if not runs:
         raise ValueError("there are no estimates to compare")
     paths = [reference, *(str(run.file) for run in runs)]
-    return Benchmark(
-        format or recognise(reference, columns), {sequence: reference}, runs, [], paths
-    )
+    format = format or format_of_file(reference, columns, "ref")
+    return Benchmark(format, {sequence: reference}, runs, [], paths)
 
 
 def from_patterns(
@@ -133,7 +132,7 @@ def from_patterns(
         else:
             problems.append(f"system {system}: has no run on a sequence with a reference; left out")
     runs.sort(key=lambda run: list(with_runs).index(run.sequence))
-    format = format or recognise(next(iter(ref_files)), columns)
+    format = format or format_of_file(next(iter(ref_files)), columns, "ref")
     files = [*ref_files, *est_files]
     return Benchmark(format, with_runs, runs, problems, files, left_out, expected=expected)
 

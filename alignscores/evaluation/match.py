@@ -114,7 +114,7 @@ def match(
     check_duplicates(n, n - matches.duplicate, matches.keys, "estimate")
     if settings.missing == "fail":
         return matches
-    scored = matches.est_rows >= 0
+    scored = (matches.est_rows >= 0) & _present(matches.est_poses)
     names = "keys", "gt_poses", "est_poses", "gt_rows", "est_rows"
     return replace(matches, **{name: getattr(matches, name)[scored] for name in names})
 
@@ -379,8 +379,8 @@ def _by_key(
     ref_kind, est_kind = ref_keys.dtype.kind, est_keys.dtype.kind
     if ref_kind != est_kind:
         raise ValueError(
-            f"the reference has {KEY_KINDS[ref_kind]}, the estimate {KEY_KINDS[est_kind]}: write "
-            "tables with the same kind, such as 'timestamp x y z qx qy qz qw'"
+            f"the reference has {KEY_KINDS[ref_kind]}, the estimate {KEY_KINDS[est_kind]}; write "
+            f"both with {KEY_KINDS[ref_kind]}, or both with {KEY_KINDS[est_kind]}"
         )
     rows = first_rows(est_keys, np.ones(len(est_keys), dtype=bool), "estimate")
     partners = _partners(ref_keys, est_keys[rows])

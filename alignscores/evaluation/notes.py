@@ -69,12 +69,12 @@ def explain(
     """Return the notes on scores, with the hints on mistakes; with `check` those on low scores."""
     functions = [unmatched]
     if evaluation.matches.timed:
-        functions += [left_out_frames, duplicates, few_poses, ignored_time, chance]
-    functions += [frozen, lever_arm, indistinguishable, body_rotation, alignments]
+        functions += [left_out_frames, duplicates, few_poses, chance]
+    functions += [ignored, frozen, lever_arm, indistinguishable, body_rotation, alignments]
     if check and not hints:  # which may explain it
         functions.append(small_unit)
     notes = [note for function in functions if (note := function(evaluation))] + list(hints)
-    if check and evaluation.has_rotations and (low := low_score(evaluation)):
+    if check and (low := low_score(evaluation)):
         notes.append(low)
     return notes
 
@@ -104,8 +104,7 @@ def unmatched(evaluation: Evaluation) -> Note | None:
     if matches.timed:
         where = "poses have no reference pose near them in time"
     else:
-        what = "frames" if evaluation.settings.file_format.ordered else "images"
-        where = f"{what} are not in the reference; left out"
+        where = f"{_frames(evaluation)} are not in the reference; left out"
     return Note("unmatched", f"{matches.unmatched} of {len(keys)} {where}")
 
 
@@ -171,11 +170,16 @@ def frozen(evaluation: Evaluation) -> Note | None:
     return Note("frozen", text) if n > n_all / 100 else None
 
 
-def ignored_time(evaluation: Evaluation) -> Note | None:
-    """Note much lost time that --missing ignore leaves out."""
+def _frames(evaluation: Evaluation) -> str:
+    return "frames" if evaluation.settings.file_format.ordered else "images"
+
+
+def ignored(evaluation: Evaluation) -> Note | None:
+    """Note many lost frames that --missing ignore leaves out."""
     if evaluation.lost <= NOTABLE_SHARE or evaluation.settings.missing != "ignore":
         return None
-    text = f"only {1 - evaluation.lost:.0%} of the time is scored, since the rest is lost"
+    what = "time is" if evaluation.matches.timed else f"{_frames(evaluation)} are"
+    text = f"only {1 - evaluation.lost:.0%} of the {what} scored, since the rest is lost"
     return Note("ignored", text, "--missing fail counts it as failures")
 
 
@@ -184,7 +188,7 @@ def chance(evaluation: Evaluation) -> Note | None:
     if evaluation.chance <= 0.05 or evaluation.tas >= 2 * evaluation.chance:
         return None
     text = f"the TAS is less than twice that of a camera that never moves, {evaluation.chance:.2f}"
-    why_so = "the reference stands still for much of the time, or has few frames"
+    why_so = "the reference stays near one place for part of the time, or has few frames"
     return Note("chance", f"{text}: {why_so}", "the half distance tells more")
 
 
@@ -225,15 +229,17 @@ def alignments(evaluation: Evaluation) -> Note | None:
     if angle < APART_DEG:
         return None
     text = (
-        f"positions and rotations fit under alignments {angle:.0f} deg apart, which TAS and RAS do "
-        "not count: their frames or camera axes differ"
+        f"positions and rotations fit under alignments {angle:.0f} deg apart; TAS and RAS align "
+        "separately and do not show it: coordinate frames or camera axes differ"
     )
     return Note("apart", text)
 
 
 def low_score(evaluation: Evaluation) -> Note | None:
-    """Note why a PAS is below one half: lost frames, positions, or rotations."""
-    if evaluation.pas >= 0.5:
+    """Note why a PAS, or a TAS without rotations, is below one half."""
+    name = "PAS" if evaluation.has_rotations else "TAS"
+    score = evaluation.pas if evaluation.has_rotations else evaluation.tas
+    if score >= 0.5:
         return None
     tas, ras, matches = evaluation.result.tas, evaluation.result.ras, evaluation.matches
     far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
@@ -248,7 +254,7 @@ def low_score(evaluation: Evaluation) -> Note | None:
     bad = f"{np.mean(rotated):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
     if np.isfinite(ras.errors).any():
         reasons.append(bad if np.mean(rotated) > NOTABLE_SHARE else "rotations fine")
-    return Note("low", f"PAS {evaluation.pas:.2f}: {', '.join(reasons)}")
+    return Note("low", f"{name} {score:.2f}: {', '.join(reasons)}") if reasons else None
 
 
 def _stretch(seconds: Floats, far: Booleans) -> str:

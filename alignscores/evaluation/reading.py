@@ -35,6 +35,7 @@ __all__ = [
     "files_below",
     "first_rows",
     "format_of",
+    "format_of_file",
     "has_constant_rotations",
     "in_memory",
     "read_estimate",
@@ -97,8 +98,13 @@ def format_of(trajectory: Any, settings: Settings, side: str) -> str:
         trajectory = next(iter(trajectory.values()))
     if isinstance(trajectory, Trajectory):
         return FORMAT_OF_KEYS[trajectory.keys.dtype.kind]
+    return format_of_file(trajectory, _columns(settings, side), side)
+
+
+def format_of_file(path: FilePath, columns: str | None, side: str) -> str:
+    """Return the format of a file; an error names the option of its side."""
     with _columns_named_for(side):
-        return recognise(trajectory, _columns(settings, side))
+        return recognise(path, columns)
 
 
 def _columns(settings: Settings, side: str) -> str | None:

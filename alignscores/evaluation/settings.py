@@ -287,8 +287,9 @@ class Settings:
             if self.est_file_format.ordered:
                 names, others = others, names
             raise ValueError(
-                f"{self.est_format} estimates cannot be matched to {self.format}: {names} files "
-                f"have image names, {others} files none; write tables with the same kind of keys"
+                f"{self.est_format} estimates cannot be matched to {self.format} references: only "
+                f"{names} files have image names; write the poses of the {others} file as a table "
+                "'name x y z qx qy qz qw'"
             )
         for name in self.metrics:
             if "order" in metric(name).needs and not self.file_format.ordered:

@@ -10,6 +10,7 @@ from .trajectory import Trajectory, checked, poses_from_quaternions
 __all__ = ["is_g2o", "read_g2o"]
 
 VERTEX = "VERTEX_SE3:QUAT"
+MAX_ID = np.iinfo(np.int64).max
 
 
 def read_g2o(path: FilePath) -> Trajectory:
@@ -48,9 +49,10 @@ def read_g2o(path: FilePath) -> Trajectory:
             continue
         try:
             _, *pose = map(to_number, fields)
-            if len(pose) != 7:
+            identity = int(fields[0])
+            if len(pose) != 7 or abs(identity) > MAX_ID:
                 raise ValueError
-            numbers.append(int(fields[0]))
+            numbers.append(identity)
         except ValueError:
             reason = f"must hold '{VERTEX} id x y z qx qy qz qw'"
             raise FileError(path, reason, place=f"line {number}") from None

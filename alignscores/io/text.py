@@ -51,10 +51,10 @@ __all__ = [
     "read_tum",
 ]
 
-NO_QUATERNION = (
-    "; --columns names the columns, such as 't x y z' for only positions or 't qx qy qz qw x y z' "
-    "for another order; Euler angles are not read"
-)
+NO_QUATERNION = {  # the remedies, by whether the table has a column before the pose
+    True: "'t x y z' for only positions or 't qx qy qz qw x y z' for another order",
+    False: "'x y z' for only positions or 't rx ry rz x y z' for rotation vectors",
+}
 MAX_POSITION = 1e8  # metres from the origin; the centre of the earth is 6.4e6 away
 
 
@@ -474,7 +474,9 @@ def _poses(values: Floats, names: list[str], source: Source) -> Floats:
     positions = _part(values, names, POSITION)
     if "qw" in names:
         quaternions = _part(values, names, QUATERNION)
-        return poses_from_quaternions(positions, quaternions, source, NO_QUATERNION)
+        such_as = NO_QUATERNION[len(names) > len(POSITION + QUATERNION)]
+        remedy = f"; --columns names the columns, such as {such_as}; Euler angles are not read"
+        return poses_from_quaternions(positions, quaternions, source, remedy)
     if "rx" in names:
         return poses_from_vectors(positions, _part(values, names, VECTOR), source)
     if "r11" not in names:

@@ -294,7 +294,8 @@ def refuse_counters(stamps: Floats, source: Source) -> None:
     is_clock = np.ptp(stamps) > 2 * len(stamps) or time_unit(stamps) in ("s", "ms")
     if len(stamps) > 2 and not is_clock:
         reason = f"the time stamps count by one, from {stamps.min():.0f} on"
-        raise source.error(0, f"{reason}: they are keys of poses, not times of a clock")
+        remedy = "write the time of each pose in seconds; no --t_offset can help"
+        raise source.error(0, f"{reason}: they are keys of poses, not times of a clock; {remedy}")
 
 
 def check_stamps(seconds: Floats, source: Source) -> None:

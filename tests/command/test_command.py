@@ -36,7 +36,11 @@ WRONG = [
     ([*TUM, "--repeat", "0"], "repeat must be a whole number of at least 1, not '0'"),
     ([*TUM, "--save_plot", "x.jpg"], "x.jpg does not end in .png or .pdf or .svg"),
     ([*TUM, "--save_results", "no/x.zip"], "no/x.zip: there is no folder no"),
-    ([*TUM, "--est_format", "nerf"], "nerf estimates cannot be matched to tum"),
+    (
+        [*TUM, "--est_format", "nerf"],
+        "nerf estimates cannot be matched to tum references: only nerf files have image names; "
+        "write the poses of the tum file as a table 'name x y z qx qy qz qw'",
+    ),
     ([*TUM, "--columns", "t x y"], "columns must be x, y and z, and all of a rotation or none, e"),
     ([*TUM, "--metrics", "auc@30"], "'auc@30'; close to it are auc@30:"),
     ([*COLMAP, "--save_aligned", "x.txt"], "--save_aligned cannot write colmap files"),

@@ -98,7 +98,7 @@ CASES = {  # "format file what": its edit, the message
     ),
     "tum estimate is kitti": (
         always("1 0 0 0 0 1 0 0 0 0 1 0"),
-        "write tables with the same kind",
+        "write both with",
     ),
     "kitti estimate is tum": (always("0 1 2 3 0 0 0 1"), "has time stamps, .* give tum instead"),
     "tum estimate a word": (field(5, 3, "x"), "bad, line 5: 'x' is not a number"),

@@ -130,6 +130,21 @@ def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
     assert (status.count("scored"), status.count("failed"), status.count("missing")) == (8, 3, 1)
 
 
+def test_columns_of_a_reference_are_named_by_its_own_option(benchmark_of, run, tmp_path):
+    """The estimates have others."""
+    _, reference, estimate = benchmark_of(SYSTEM, ["car"], runs=1)
+    path = tmp_path / "car/gt.txt"
+    rows = [line.split() for line in path.read_text().splitlines()]
+    lines = [",".join([f"{float(t) * 1e6}", f"{float(t) * 1e9}", *pose]) for t, *pose in rows]
+    path.write_text("\n".join(["t_us,t_ns,x,y,z,qx,qy,qz,qw", *lines]))
+    code, _, err = run(reference, estimate)
+    assert code == 1
+    assert "its header names 2 clocks; choose one by --ref_columns 't_us - x y z qx qy" in err
+    code, out, _ = run(reference, estimate, "--ref_columns", "t_us - x y z qx qy qz qw", "--json")
+    assert code == 0
+    assert {entry["status"] for entry in json.loads(out)["runs"]} == {"scored"}
+
+
 @pytest.mark.parametrize(
     ("option", "reason"),
     [

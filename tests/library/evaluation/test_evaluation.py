@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from alignscores import evaluate, tas_profile
 from alignscores.evaluation.evaluation import STATUSES
-from alignscores.io import Trajectory, read_kitti, read_tum
+from alignscores.io import FORMATS, Trajectory, read_kitti, read_tum
 from alignscores.metrics import Metric
 from tests.files import FILES
 
@@ -103,6 +103,28 @@ def test_numbered_frames_may_be_missing(examples):
     assert (len(failed.matches.keys), failed.matches.matched) == (40, 20)
     assert (len(ignored.matches.keys), ignored.matches.matched) == (20, 20)
     assert failed.ras == pytest.approx(ignored.ras / 2)
+
+
+@pytest.mark.parametrize("files", ["kitti", "colmap"])
+@pytest.mark.parametrize("missing", ["fail", "ignore"])
+def test_a_row_of_nan_is_a_lost_frame(examples, files, missing):
+    """The error on a file with fewer rows offers it, or the numbers of its frames (evo#204)."""
+    reference, estimate = (FORMATS[files].read(examples / file) for file in FILES[files])
+    poses = estimate.poses.copy()
+    poses[1::2, :3] = np.nan
+    thinned = Trajectory(estimate.keys[::2], estimate.poses[::2])
+    nan, left_out = (
+        evaluate(reference, each, missing=missing)
+        for each in (Trajectory(estimate.keys, poses), thinned)
+    )
+    assert (nan.tas, nan.ras, nan.lost) == (left_out.tas, left_out.ras, left_out.lost)
+    notes = [str(note) for note in nan.notes if note.kind == "ignored"]
+    what = "frames" if files == "kitti" else "images"
+    text = (
+        f"only {1 - nan.lost:.0%} of the {what} are scored, since the rest is lost; --missing fail "
+        "counts it as failures"
+    )
+    assert notes == ([text] if missing == "ignore" else [])
 
 
 def test_a_table_of_pandas(tum):

@@ -153,6 +153,7 @@ def test_the_score_of_a_camera_that_never_moves(stands):
     assert len(noted) == stands
     if stands:
         assert f"that of a camera that never moves, {chance:.2f}" in noted[0]
+        assert noted[0].endswith("stays near one place for part of the time, or has few frames")
 
 
 def test_quaternions_with_w_at_the_wrong_end(run, score, lines, write):
@@ -227,6 +228,11 @@ def test_why_a_score_is_low():
     (note,) = low(Trajectory(TRUTH.keys, poses))
     assert "30% of the frames further off than d (most of them between 1" in note
     assert note.endswith("of the rotations off by more than 10 degrees")
+    poses[:, :3, :3] = np.nan
+    assert low(Trajectory(TRUTH.keys, poses)) == []
+    poses[: len(poses) // 2, :3, 3] = np.random.default_rng(1).normal(0, 9, (len(poses) // 2, 3))
+    (note,) = low(Trajectory(TRUTH.keys, poses))
+    assert re.fullmatch(r"TAS 0.\d\d: \d\d% of the frames further off than d.*", note)
 
 
 def test_poses_that_repeat_while_the_reference_moves_away():
