@@ -16,6 +16,7 @@ __all__ = [
     "geodesic_l1_means",
     "nearest_rotations",
     "project_to_rotation",
+    "quaternions_from_rotations",
     "rotation_angles",
     "rotation_from_vector",
     "rotations_from_quaternions",
@@ -216,3 +217,21 @@ def rotations_from_quaternions(quaternions: Floats) -> Floats:
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     return np.moveaxis(np.array(rows), 2, 0)
+
+
+def quaternions_from_rotations(rotations: Floats) -> Floats:
+    """Return the unit quaternions (n, 4) of rotations (n, 3, 3), w last.
+
+    They are the largest columns of 4 q qᵀ, which a rotation has in its sums and differences.
+    """
+    products = np.empty((len(rotations), 4, 4))
+    products[:, :3, :3] = rotations + rotations.swapaxes(1, 2)
+    traces = np.trace(rotations, axis1=1, axis2=2)
+    diagonal = np.arange(3)
+    products[:, diagonal, diagonal] += (1 - traces)[:, None]
+    differences = rotations - rotations.swapaxes(1, 2)
+    products[:, :3, 3] = products[:, 3, :3] = differences[:, [2, 0, 1], [1, 2, 0]]
+    products[:, 3, 3] = 1 + traces
+    largest = np.einsum("nii->ni", products).argmax(axis=1)
+    quaternions = products[np.arange(len(rotations)), largest]
+    return np.asarray(quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True))

@@ -25,6 +25,7 @@ from ..arrays import Floats
 from ..averaging import (
     angles_and_axes,
     project_to_rotation,
+    quaternions_from_rotations,
     rotation_angles,
     rotation_from_vector,
     rotations_from_quaternions,
@@ -311,8 +312,7 @@ def _transposed(poses: Floats) -> Floats:
 
 def _reordered(poses: Floats, shift: int) -> Floats:
     """Return poses whose quaternions, w last, are shifted by so many parts."""
-    angles, axes = angles_and_axes(poses[:, :3, :3])
-    quaternions = np.vstack([np.sin(angles / 2) * axes, np.cos(angles / 2)]).T
+    quaternions = quaternions_from_rotations(poses[:, :3, :3])
     changed = poses.copy()
     changed[:, :3, :3] = rotations_from_quaternions(np.roll(quaternions, shift, axis=1))
     return changed

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from alignscores import nearest_rotations
-from alignscores.averaging import rotation_angles
+from alignscores.averaging import quaternions_from_rotations, rotation_angles
 
 
 @given(seed=st.integers(0, 10_000))
@@ -30,3 +30,14 @@ def test_angles_are_precise_at_both_ends(angle):
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     matrices = Rotation.from_rotvec(angle * axes, degrees=True).as_matrix()
     np.testing.assert_allclose(rotation_angles(matrices), angle, rtol=1e-9, atol=1e-13)
+
+
+@given(seed=st.integers(0, 10_000), angle=st.sampled_from([0, 1e-9, 1e-3, 1, np.pi - 1e-9, np.pi]))
+def test_quaternions_are_precise_at_half_turns(seed, angle):
+    axis = np.random.default_rng(seed).normal(size=(1, 3))
+    rotations = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+    (quaternion,) = quaternions_from_rotations(rotations.as_matrix())
+    assert abs(quaternion @ rotations.as_quat()[0]) == pytest.approx(1, abs=1e-15)
+    np.testing.assert_allclose(
+        Rotation.from_quat(quaternion).as_matrix(), rotations.as_matrix()[0], atol=1e-14
+    )

@@ -24,12 +24,16 @@ def walk(seed=0):
     return Trajectory(TIMES, poses)
 
 
+def with_noise(poses, sigma, seed=1):
+    rng, noisy = np.random.default_rng(seed), poses.copy()
+    turns = Rotation.from_rotvec(rng.normal(0, sigma, (len(poses), 3))).as_matrix()
+    noisy[:, :3, :3] = turns @ poses[:, :3, :3]
+    noisy[:, :3, 3] += rng.normal(0, sigma, (len(poses), 3))
+    return noisy
+
+
 def disturbed(truth, late, step=1, sigma=0.01):
-    rng, n = np.random.default_rng(1), len(truth.keys)
-    poses = truth.poses.copy()
-    turns = Rotation.from_rotvec(rng.normal(0, sigma, (n, 3))).as_matrix()
-    poses[:, :3, :3] = turns @ poses[:, :3, :3]
-    poses[:, :3, 3] += rng.normal(0, sigma, (n, 3))
+    poses = with_noise(truth.poses, sigma)
     return Trajectory((truth.keys + late)[::step], poses[::step])
 
 
@@ -55,6 +59,28 @@ def test_no_offset_is_found_where_there_is_none():
         added, (note,) = offset(truth, disturbed(truth, 0.0, step, sigma=0.03))
         assert added == 0
         assert note.startswith("no time offset added: ")
+
+
+@pytest.mark.parametrize("rate", [10, 20])
+def test_a_noisy_reference_is_not_late(rate):
+    """Interpolation averages its noise, most so between its stamps."""
+    truth = walk()
+    exact = Trajectory(truth.keys[:: 20 // rate], truth.poses[:: 20 // rate])
+    for seed in range(10):
+        reference = exact._replace(poses=with_noise(exact.poses, 0.03, seed))
+        notes = evaluate(reference, exact).notes
+        assert [str(note) for note in notes if note.kind == "clock"] == []
+
+
+def test_motions_of_seconds_that_have_nothing_in_common_show_no_offset():
+    """There are too few independent ones, even if they are alike for some seconds."""
+    for seed in range(40):
+        first, second = (
+            Trajectory(TIMES[:80], walk(2 * seed + part).poses[:80]) for part in range(2)
+        )
+        added, (note,) = offset(first, second)
+        assert added == 0
+        assert "none is certain" in note
 
 
 def test_frames_and_scale_do_not_matter():
@@ -206,3 +232,11 @@ def test_drift_of_the_heading_is_not_taken_for_an_offset():
         files[1][:, :3, 3] = drift.apply(path) + rng.normal(0, 0.02, path.shape)
         added, _ = offset(Trajectory(TIMES, files[0]), Trajectory(TIMES + 2, files[1]))
         assert added == pytest.approx(-2, abs=0.012)
+
+
+def test_a_certain_offset_that_raises_no_score_is_noted():
+    truth = walk()
+    added, (note,) = offset(truth, disturbed(truth, 0.02), max_threshold_deg=90, max_threshold=50)
+    assert added == 0
+    assert note.startswith("no time offset added: -0.0200 s (standard error 0.000")
+    assert note.endswith("fits its motions best, but does not raise the score clearly")

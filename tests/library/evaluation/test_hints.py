@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation, Slerp
 
 from alignscores import Trajectory, compare, evaluate
 from alignscores.io import inverse_poses, read_tum
@@ -572,6 +573,36 @@ def test_frames_that_are_numbered_from_another_one_are_named(shift):
     (hint,) = hints(Trajectory(numbers, truth), Trajectory(numbers - shift, estimate))
     assert f"its frames are off by {abs(shift)}" in hint.text
     assert f"if its frame 0 is frame {shift}" in hint.text
+
+
+def test_frames_of_a_video_with_noise_are_counted_from_the_right_one():
+    """At 30 Hz a camera hardly turns from one frame to the next ones."""
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    poses = np.empty((3 * len(truth) - 2, 4, 4))
+    fine = np.linspace(times[0], times[-1], len(poses))
+    poses[:] = np.eye(4)
+    poses[:, :3, :3] = Slerp(times, Rotation.from_matrix(truth[:, :3, :3]))(fine).as_matrix()
+    poses[:, :3, 3] = CubicSpline(times, truth[:, :3, 3])(fine)
+    estimate = disturbed(poses, rng)
+    turns = Rotation.from_rotvec(np.radians(2) * rng.normal(size=(len(poses), 3)))
+    estimate[:, :3, :3] = estimate[:, :3, :3] @ turns.as_matrix()
+    numbers = np.arange(len(poses))
+    (hint,) = hints(Trajectory(numbers, poses), Trajectory(numbers - 9, estimate))
+    assert "if its frame 0 is frame 9" in hint.text
+
+
+def test_quaternions_with_w_first_of_a_camera_at_rest_are_corrected():
+    """Turns about x are half turns if they are read with w last."""
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    truth[:100, :3, :3] = Rotation.from_euler("x", 40, degrees=True).as_matrix()
+    w_first = np.roll(Rotation.from_matrix(truth[:, :3, :3]).as_quat(), 1, axis=1)
+    misread = truth.copy()
+    misread[:, :3, :3] = Rotation.from_quat(w_first).as_matrix()
+    (hint,) = hints(Trajectory(times, truth), Trajectory(times, misread))
+    assert "the quaternions of the estimate seem to have w at the wrong end" in hint.text
+    assert "1.000 corrected" in hint.text
 
 
 @pytest.mark.parametrize("late", [-7.5, 3.3])
