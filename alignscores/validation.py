@@ -115,7 +115,7 @@ def check_positive(value: float, name: str, *, integer: bool = False) -> float:
 
 def finite_rows(array: Floats) -> Booleans:
     """Return which cameras were estimated: those whose values are all finite."""
-    return np.asarray(np.isfinite(array).reshape(len(array), -1).all(axis=1))
+    return np.asarray(np.isfinite(array).all(axis=tuple(range(1, array.ndim))))
 
 
 def real_array(values: Any, name: str) -> Floats:

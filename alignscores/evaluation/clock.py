@@ -39,6 +39,9 @@ TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way loo
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = 3.0  # median disagreements
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
+# By which the variance of noise under `smoothed` falls from a stamp on, relative to it, in steps;
+# it is smallest a quarter of a step from it.
+AVERAGING = 6 / 17
 MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in standard errors
 MAX_P = 1e-5  # of unrelated motions; one of 1000 wrong offsets is below it in 1 %
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
@@ -404,8 +407,9 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
     """Return the offset near others that minimises squared differences, and its standard error.
 
     The standard error comes from a jackknife over stretches of time, since errors of neighbouring
-    motions are alike; longer stretches have a larger one if those of stretches are, too. It is
-    infinite where there is no minimum within a step.
+    motions are alike; longer stretches have a larger one if those of stretches are, too. It allows
+    for noise of the reference, which is averaged less at its stamps, and may shift the offset to
+    either side. It is infinite where there is no minimum within a step.
     """
     start = float(near[np.argmin([comparison.left(at) for at in near])])
     offset, h, moves = start, 0.1 * step, comparison.moves
@@ -430,6 +434,10 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
         offset -= change
         others = (moments.sum() - moments) / (squares.sum() - squares)
         error = max(_jackknife(others, n) for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
+        noise = float((difference[rows] ** 2).sum() / squares.sum())
+        half = comparison.ref.half
+        by_averaging = min(AVERAGING / 2 * noise / (2 * half), half / 2)
+        error = math.hypot(error, by_averaging / math.sqrt(3))
         if abs(offset - start) > step:
             return offset, np.inf
         if abs(change) <= CONVERGED * error:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, Indices
 from ..averaging import (
     angles_and_axes,
     project_to_rotation,
@@ -45,7 +45,6 @@ __all__ = [
     "MIN_CAMERAS",
     "NEAR_DEG",
     "REF",
-    "SAMPLE",
     "W_FIRST",
     "W_LAST",
     "Convention",
@@ -55,6 +54,7 @@ __all__ = [
     "find_conventions",
     "fit_positions",
     "is_common",
+    "moving_cameras",
     "rotate_cameras",
 ]
 
@@ -104,11 +104,9 @@ def find_conventions(
     that fit equally well are all reported, the likeliest first. `inverted` are the files whose
     poses were inverted when they were read.
     """
-    estimated = np.flatnonzero(finite_rows(est_poses))
-    n = len(estimated)
-    if n < MIN_CAMERAS:
+    rows = moving_cameras(gt_poses, est_poses)
+    if len(rows) < MIN_CAMERAS:
         return []
-    rows = estimated[np.linspace(0, n - 1, min(SAMPLE, n)).astype(int)]
     gt, est = gt_poses[rows], est_poses[rows]
     original = _Pair("", "", gt, est, fit_positions(gt, est))
     moved = _moved(original, inverted)
@@ -149,6 +147,24 @@ def find_conventions(
         and not (convention.side == BOTH and _hides_errors(original, inverse_poses(gt)))
     ]
     return [*conventions.values(), *may_be_inverted]
+
+
+def moving_cameras(gt_poses: Floats, est_poses: Floats) -> Indices:
+    """Return some rows with an estimate, evenly spread; without those at which a camera rests.
+
+    At rest all poses are alike, and agree under any alignment.
+    """
+    rows = np.flatnonzero(finite_rows(est_poses))
+    poses = gt_poses[rows]
+    steps = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
+    turns = rotation_angles(poses[:-1, :3, :3].swapaxes(1, 2) @ poses[1:, :3, :3])
+    moves = np.zeros(len(rows), dtype=bool)
+    moves[:1] = True
+    for sizes in (steps, np.nan_to_num(turns)):
+        parts = SAMPLE * np.append(0, np.cumsum(sizes)) / max(sizes.sum(), np.finfo(float).tiny)
+        moves[1:] |= np.diff(parts.astype(int)) > 0
+    rows = rows[moves]
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)])
 
 
 class _Pair(NamedTuple):

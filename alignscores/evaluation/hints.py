@@ -34,7 +34,6 @@ from .conventions import (
     MIN_CAMERAS,
     NEAR_DEG,
     REF,
-    SAMPLE,
     W_FIRST,
     W_LAST,
     Convention,
@@ -44,6 +43,7 @@ from .conventions import (
     find_conventions,
     fit_positions,
     is_common,
+    moving_cameras,
 )
 from .evaluation import Hint, Note
 from .lever import find_lever_arm, with_lever_arm
@@ -571,9 +571,8 @@ def _of_convention(
 
 
 def _sample(scored: Scored) -> Indices:
-    """Return the rows of some estimated positions, evenly spread."""
-    rows = np.flatnonzero(finite_rows(scored.est_poses[:, :3, 3]))
-    return np.asarray(rows[np.linspace(0, len(rows) - 1, min(SAMPLE, len(rows))).astype(int)])
+    """Return the rows of some poses that were compared, of moving cameras."""
+    return moving_cameras(scored.gt_poses, scored.est_poses)
 
 
 def _mirrored(state: _State, files: Files) -> Iterator[_Remedy]:
@@ -716,11 +715,11 @@ def _fit(reference: Trajectory, estimate: Trajectory) -> PositionFit:
     estimated = np.flatnonzero(finite_rows(estimate.poses))
     nearest, distance = nearest_stamps(reference.keys, estimate.keys[estimated])
     gt, est = reference.poses[nearest], estimate.poses[estimated]
-    rows = finite_rows(gt) & (distance <= np.median(np.diff(reference.keys)) / 2)
-    if rows.sum() < MIN_CAMERAS:
+    near = finite_rows(gt) & (distance <= np.median(np.diff(reference.keys)) / 2)
+    rows = moving_cameras(gt[near], est[near])
+    if len(rows) < MIN_CAMERAS:
         return PositionFit(np.zeros((0, 3)))
-    rows = np.flatnonzero(rows)[np.linspace(0, rows.sum() - 1, min(SAMPLE, rows.sum())).astype(int)]
-    return fit_positions(gt[rows], est[rows])
+    return fit_positions(gt[near][rows], est[near][rows])
 
 
 def _from_identity(products: Trajectory, other: Trajectory) -> Trajectory:

@@ -61,12 +61,11 @@ def test_no_offset_is_found_where_there_is_none():
         assert note.startswith("no time offset added: ")
 
 
-@pytest.mark.parametrize("rate", [10, 20])
-def test_a_noisy_reference_is_not_late(rate):
+def test_a_noisy_reference_is_not_late():
     """Interpolation averages its noise, most so between its stamps."""
     truth = walk()
-    exact = Trajectory(truth.keys[:: 20 // rate], truth.poses[:: 20 // rate])
-    for seed in range(10):
+    exact = truth._replace(keys=2 * truth.keys)
+    for seed in range(5):
         reference = exact._replace(poses=with_noise(exact.poses, 0.03, seed))
         notes = evaluate(reference, exact).notes
         assert [str(note) for note in notes if note.kind == "clock"] == []
@@ -74,7 +73,7 @@ def test_a_noisy_reference_is_not_late(rate):
 
 def test_motions_of_seconds_that_have_nothing_in_common_show_no_offset():
     """There are too few independent ones, even if they are alike for some seconds."""
-    for seed in range(40):
+    for seed in range(20):
         first, second = (
             Trajectory(TIMES[:80], walk(2 * seed + part).poses[:80]) for part in range(2)
         )
@@ -236,7 +235,7 @@ def test_drift_of_the_heading_is_not_taken_for_an_offset():
 
 def test_a_certain_offset_that_raises_no_score_is_noted():
     truth = walk()
-    added, (note,) = offset(truth, disturbed(truth, 0.02), max_threshold_deg=90, max_threshold=50)
+    added, (note,) = offset(truth, disturbed(truth, 0.008), max_threshold_deg=90, max_threshold=50)
     assert added == 0
-    assert note.startswith("no time offset added: -0.0200 s (standard error 0.000")
+    assert note.startswith("no time offset added: -0.0080 s (standard error 0.000")
     assert note.endswith("fits its motions best, but does not raise the score clearly")
