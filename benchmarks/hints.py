@@ -32,6 +32,7 @@ __all__ = ["main"]
 
 MIN_COST = 0.03  # of a mistake
 NEAR = 0.05  # between the corrected score and that of the files without a mistake
+MIN_POSES = 20  # of an estimate
 MIN_SCORE = 0.2  # of files without a mistake; other estimates failed
 REF, EST = "reference.txt", "estimate.txt"
 OTHER_AXES = np.diag([1.0, -1, -1, 1]), np.eye(4)[[1, 2, 0, 3]], np.eye(4)[[2, 0, 1, 3]]
@@ -170,7 +171,7 @@ def estimated_stamps(rng: np.random.Generator, stamps: Floats) -> Floats:
     return stamps
 
 
-def in_frame(rng: np.random.Generator, truth: Path3D, estimate: Path3D) -> Path3D:
+def in_frame(rng: np.random.Generator, estimate: Path3D, *, metric: bool) -> Path3D:
     """Return an estimate in one of the coordinate frames that systems use."""
     poses = estimate.poses.copy()
     match rng.choice(["the same", "of the first pose", "yaw", "any"]):
@@ -182,11 +183,11 @@ def in_frame(rng: np.random.Generator, truth: Path3D, estimate: Path3D) -> Path3
         case "any":
             turn = Rotation.random(1, random_state=rng)
             poses = _poses(turn, 5 * rng.normal(size=(1, 3))) @ poses
-            poses[:, :3, 3] *= np.exp(rng.normal())
+            poses[:, :3, 3] *= 1.0 if metric else np.exp(rng.normal())
     return estimate._replace(poses=poses)
 
 
-def draw(rng: np.random.Generator, real: Sequence[tuple[Path3D, Path3D]]) -> Pair:
+def draw(rng: np.random.Generator, real: Sequence[tuple[Path3D, Path3D]], *, metric: bool) -> Pair:
     """Return files without a mistake, random ones or a random part of real ones."""
     if real and rng.random() < 0.3:
         truth, estimate = real[int(rng.integers(len(real)))]
@@ -197,15 +198,15 @@ def draw(rng: np.random.Generator, real: Sequence[tuple[Path3D, Path3D]]) -> Pai
     kind = rng.choice(["hand", "drone", "car", "around an object"])
     rate = float(rng.choice([10, 20, 30, 100]))
     truth = make_path(rng, kind, rng.uniform(20, 90), rate)
-    if rng.random() < 0.25:  # by row, in KITTI's format
-        estimate = in_frame(rng, truth, estimate_of(rng, truth, truth.stamps))
-        return Pair(Written(truth, False), Written(estimate, False))
-    inner = np.arange(truth.stamps[0], truth.stamps[-1], 1 / rng.choice([5.0, 10, 20, 30]))
-    stamps = estimated_stamps(rng, inner[1:] + rng.uniform(0, 0.01))
-    if len(stamps) < 20:
-        return draw(rng, real)
-    estimate = in_frame(rng, truth, estimate_of(rng, truth, stamps[stamps < truth.stamps[-1]]))
-    return Pair(Written(truth, True), Written(estimate, True))
+    stamps, table = truth.stamps, rng.random() < 0.75  # otherwise by row, in KITTI's format
+    while table:
+        other_rate = rng.choice([5.0, 10, 20, 30])
+        stamps = np.arange(truth.stamps[0], truth.stamps[-1], 1 / other_rate)[1:-1]
+        stamps = estimated_stamps(rng, stamps + rng.uniform(0, 0.01))
+        if len(stamps) >= MIN_POSES:
+            break
+    estimate = in_frame(rng, estimate_of(rng, truth, stamps), metric=metric)
+    return Pair(Written(truth, bool(table)), Written(estimate, bool(table)))
 
 
 def _between(path: Path3D, start: float, end: float) -> Path3D:
@@ -358,7 +359,7 @@ def judge(number: int, seed: int, mistake: str, real: Sequence[tuple[Path3D, Pat
     with TemporaryDirectory() as name, threadpool_limits(limits=1):
         folder, right = Path(name), 0.0
         while right < MIN_SCORE:
-            drawn = draw(rng, real)
+            drawn = draw(rng, real, metric=mistake == "lengths")
             if drawn.reference.table in tables:
                 without, pair = with_mistake(rng, drawn, mistake)
                 right = scored(without, folder).score
