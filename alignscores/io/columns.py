@@ -140,10 +140,11 @@ def _of_header(table: Table) -> list[str]:
         parts = _meanings(words)
         names = _complete(parts)
         _check_owners(words, names, table)
-        if "x" in names and len(names) <= width:
+        is_comment = line.startswith(COMMENTS)
+        # A comment may leave out the last columns.
+        if "x" in names and (len(names) == width or (is_comment and len(names) < width)):
             table.header = words
             return _unambiguous(words, names, table)
-        is_comment = line.startswith(COMMENTS)
         n_coordinates = sum(part in (*POSITION, *QUATERNION) for part in parts)
         if "x" in names and not is_comment:
             counts = f"its header names {len(names)} columns, its first row has {width}"

@@ -264,6 +264,31 @@ def test_a_first_column_that_is_not_in_order_is_no_time(write):
             read_tum(path)
 
 
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
+def test_columns_that_may_be_a_quaternion_are_one_in_some_row(write):
+    """A matrix behind a number, with a column of nan, is no position with lost rotations."""
+    matrices = np.concatenate([ROTATIONS.as_matrix(), POSITIONS[:, :, None]], axis=2)
+    parts = np.arange(N), matrices.reshape(N, 12)[:, :4], np.full(N, np.nan), POSITIONS
+    with pytest.raises(FileError, match="has 9 columns, and no quaternion; name them, as in"):
+        read_tum(write(table(*parts)))
+
+
+def test_a_header_names_all_columns(write):
+    """R writes none for the names of rows, which come first; two rows a line have the names of one.
+
+    A comment may leave out the last columns.
+    """
+    for header, by in (("time,x,y,z", ","), ("time x y z", " ")):
+        for first, second in (([np.arange(N)], []), ([], [STAMPS, POSITIONS])):
+            path = write(table(*first, STAMPS, POSITIONS, *second, by=by, header=header))
+            message = "its header names 4 columns, its first row has [58]; name them, as in"
+            with pytest.raises(FileError, match=message):
+                read_tum(path)
+    path = write(table(STAMPS, POSITIONS, np.ones(N), header="# time x y z"))
+    with pytest.warns(TrajectoryWarning, match="time x y z.*, 1 of 5 columns ignored"):
+        same_poses(read_tum(path), rotations=False)
+
+
 def test_stamps_before_planar_positions_are_no_positions(write):
     path = write(table(STAMPS, POSITIONS[:, :2]))
     with pytest.raises(FileError, match=r"x is near 1.7e\+09, which is no position in metres; --"):
@@ -343,6 +368,9 @@ def test_tables_of_image_names_are_read(write):
     same_poses(read_names(path, columns="name qw qx qy qz x y z"))
     path = write(named(POSITIONS, QUATERNIONS).replace("017.jpg", "01;7,a.jpg"))
     assert "my photos/01;7,a.jpg" in read_names(path).keys
+    path = write(named(POSITIONS, np.ones(N), by=",", header="image,x,y,z,score"))
+    with pytest.warns(TrajectoryWarning, match=r"read name x y z \(in.*\), 1 of 5 columns ignored"):
+        same_poses(read_names(path), rotations=False)
 
 
 def test_two_rows_that_a_lost_line_break_joins_are_refused(write):
