@@ -302,10 +302,11 @@ def check_stamps(seconds: Floats, source: Source) -> None:
     source.refuse(~np.isfinite(seconds), "the time stamp is not finite")
     far = np.abs(seconds) > MAX_SECONDS
     if far.any():
-        row, middle = int(np.argmax(far)), float(np.median(seconds))
-        reason = (
-            f"the time stamp of {seconds[row]:.6g} s is not a time; most are near {middle:.6g} s"
-        )
+        row, unit = int(np.argmax(far)), time_unit(seconds)
+        most = f"are near {np.median(seconds):.6g} s"
+        if unit != "s":
+            most = f"seem to be in {unit}; --columns names the unit, as t_{unit}"
+        reason = f"the time stamp of {seconds[row]:.6g} s is not a time; most {most}"
         raise source.error(row, reason)
 
 

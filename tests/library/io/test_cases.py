@@ -443,6 +443,10 @@ def test_a_stamp_that_is_no_time_is_refused(write):
         read_tum(write(lines))
     with pytest.raises(FileError, match="line 8: the time stamp"):
         read_stamps(write(lines))
+    rows = table(STAMPS * 1e3, POSITIONS, header="# t_s x y z")
+    message = r"time stamp of 1.7e\+12 s .* most seem to be in ms; --columns names .* t_ms"
+    with pytest.raises(FileError, match=message):
+        read_tum(write(rows))
 
 
 def test_keys_of_a_factor_graph_are_no_times(write):
