@@ -106,6 +106,8 @@ def name_columns(table: Table, columns: str | None = None) -> list[str]:
         unknown = f"whose meaning is unknown; {NAME_THEM}"
         reason = f"not the {len(names)} of {columns!r}" if columns else unknown
         raise table.source.error(0, f"has {width} column{'s' * (width != 1)}, {reason}")
+    if not columns:
+        _refuse_two_poses(names, table)
     words = columns.lower().replace(",", " ").split() if columns else table.header
     table.units = list(map(_unit, words, names))
     return names + ["-"] * (width - len(names))
@@ -302,6 +304,17 @@ def _refuse_block(table: Table) -> None:
             reason = f"columns {start + 1} to {start + 9} seem to be a rotation matrix"
             remedy = f"name them, as in --columns '{' '.join([*key, *pose])}' if it is row by row"
             raise FileError(table.path, f"{reason}; {remedy}")
+
+
+def _refuse_two_poses(names: Sequence[str], table: Table) -> None:
+    """Raise an error where all columns come twice, as where two trajectories are associated."""
+    n, second = len(names), table.first[len(names) :]
+    if len(second) == n and "qw" in names and _deviation(names, second) <= MAX_DEVIATION:
+        first = " ".join(names)
+        choices = f"'{first}' or '{'- ' * n}{first}'"
+        raise FileError(
+            table.path, f"seems to have two poses a line; choose one by --columns {choices}"
+        )
 
 
 def _meanings(words: Sequence[str], anyone: bool = False) -> list[str]:

@@ -289,6 +289,19 @@ def test_a_header_names_all_columns(write):
         same_poses(read_tum(path), rotations=False)
 
 
+@pytest.mark.parametrize("header", ["", "# timestamp tx ty tz qx qy qz qw"])
+def test_two_poses_a_line_are_refused_with_the_choices(write, header):
+    """TUM's associate.py joins lines of two files."""
+    pose = STAMPS, POSITIONS, QUATERNIONS
+    path = write(table(STAMPS + 0.01, POSITIONS + 1, QUATERNIONS, *pose, header=header))
+    tum = "t x y z qx qy qz qw"
+    choices = f"'{tum}' or '- - - - - - - - {tum}'"
+    with pytest.raises(FileError, match=f"seems to have two poses a line; .* --columns {choices}"):
+        read_tum(path)
+    with pytest.warns(TrajectoryWarning, match="8 of 16 columns ignored"):
+        same_poses(read_tum(path, columns=f"- - - - - - - - {tum}"))
+
+
 def test_stamps_before_planar_positions_are_no_positions(write):
     path = write(table(STAMPS, POSITIONS[:, :2]))
     with pytest.raises(FileError, match=r"x is near 1.7e\+09, which is no position in metres; --"):
