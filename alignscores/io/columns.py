@@ -23,9 +23,10 @@ A unit among the words, as in ``x [mm]``, or in a line below the names, is one o
 """
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import product
 
 import numpy as np
 
@@ -207,7 +208,12 @@ def _unambiguous(
     words: Sequence[str], names: Sequence[str], table: Table, anyone: bool = False
 ) -> list[str]:
     """Return the columns of one position, rotation and clock; refuse several with the choices."""
-    poses, clocks = _poses(words, names, anyone), _clocks(words, names)
+    owners = [_owner(word, anyone) for word in words]
+    _check_numbers(owners, names, table)
+    poses, clocks = _poses(owners, names), _clocks(words, names)
+    if not poses:
+        reason = "its header names x, y and z, but not of the same position"
+        raise FileError(table.path, f"{reason}; {NAME_THEM}")
     keys = [
         next((i for i, name in enumerate(names) if name == key and is_key(table.first[i])), None)
         for key, is_key in (("n", is_number), ("name", lambda field: not is_number(field)))
@@ -225,13 +231,26 @@ def _unambiguous(
     raise FileError(table.path, reason)
 
 
-def _poses(words: Sequence[str], names: Sequence[str], anyone: bool) -> list[list[int]]:
+def _check_numbers(owners: Sequence[str], names: Sequence[str], table: Table) -> None:
+    """Refuse a position or rotation with several columns for only some of its coordinates.
+
+    In x, y, tx, ty, tz they could be mixed.
+    """
+    n_columns = Counter(zip(names, owners, strict=True))
+    for part, owner in product((POSITION, QUATERNION, VECTOR, ROTATION), {*owners}):
+        ordered = sorted((n_columns[name, owner], name) for name in part)
+        (fewest, rare), (most, frequent) = ordered[0], ordered[-1]
+        if 0 < fewest < most:
+            reason = f"its header names {most} columns {frequent}, but {fewest} {rare}; {NAME_THEM}"
+            raise FileError(table.path, reason)
+
+
+def _poses(owners: Sequence[str], names: Sequence[str]) -> list[list[int]]:
     """Return the columns of each position with its rotation, if there is one.
 
     Both have the same owner; a rotation without an owner belongs to the only position.
     """
     parts = POSITION, QUATERNION, VECTOR, ROTATION, LAST_ROW
-    owners = [_owner(word, anyone) for word in words]
     keys = list(zip(names, owners, strict=True))
     # The columns of a part with one owner, the first, the second ...
     groups: Groups = defaultdict(list)

@@ -289,6 +289,17 @@ def test_a_header_names_all_columns(write):
         same_poses(read_tum(path), rotations=False)
 
 
+@pytest.mark.parametrize("header", ["t x y tx ty tz qx qy qz qw", "t tx ty tz qx qy qx qz qw z"])
+def test_coordinates_of_which_only_some_come_twice_are_not_mixed(write, header):
+    path = write(table(STAMPS, POSITIONS, POSITIONS, RNG.normal(size=(N, 3)), header=header))
+    message = "its header names 2 columns ([xyz]), but 1 ([xyz]); name them, as in --columns"
+    with pytest.raises(FileError, match=message):
+        read_tum(path)
+    path = write(table(STAMPS, POSITIONS, header="t gt_x gt_y est_z"))
+    with pytest.raises(FileError, match="names x, y and z, but not of the same position; name"):
+        read_tum(path)
+
+
 @pytest.mark.parametrize("header", ["", "# timestamp tx ty tz qx qy qz qw"])
 def test_two_poses_a_line_are_refused_with_the_choices(write, header):
     """TUM's associate.py joins lines of two files."""
