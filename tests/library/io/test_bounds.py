@@ -38,6 +38,7 @@ NO_ARRAYS = "is not a file of arrays"
     ("read", "content", "reason"),
     [
         (read_nerf, lambda: b"[" * 200_000, "is not JSON that can be read"),
+        (read_nerf, lambda: b'{"frames": [], "frames": []}', "has the name 'frames' twice"),
         (
             read_nerf,
             lambda: transforms("1" + "0" * 5000),
