@@ -19,6 +19,7 @@ from alignscores.io import (
     read_euroc,
     read_g2o,
     read_hloc,
+    read_kitti,
     read_matrices,
     read_names,
     read_nerf,
@@ -492,6 +493,8 @@ def test_nan_has_many_spellings(write, nan):
     if nan:
         trajectory = read_tum(write([line.replace(",", " ") for line in lines]))
         assert np.isnan(trajectory.poses[3, :3]).all()
+        _, poses = read_kitti(write([" ".join([nan] * 12), "1 0 0 4 0 1 0 5 0 0 1 6"]))
+        assert np.isfinite(poses[:, 0, 3]).tolist() == [False, True]
 
 
 @pytest.mark.parametrize("number", ["1_000", "0x10", "1e", "1,5", "١", '1"5', '15"'])
