@@ -26,7 +26,7 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from contextlib import suppress
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
 
@@ -219,15 +219,14 @@ def _unambiguous(
         for key, is_key in (("n", is_number), ("name", lambda field: not is_number(field)))
     ]
     choices = [
-        [name if index in (*pose, *clock, *keys) else "-" for index, name in enumerate(names)]
-        for pose in poses
-        for clock in clocks
+        [name if index in {*pose, *clock, *keys} else "-" for index, name in enumerate(names)]
+        for pose, clock in islice(product(poses, clocks), 4)
     ]
     if len(choices) == 1:
         return choices[0]
-    what = "poses" if len(poses) > 1 else "clocks"
-    alternatives = " or ".join(f"'{' '.join(choice).rstrip(' -')}'" for choice in choices[:4])
-    reason = f"its header names {len(choices)} {what}; choose one by --columns {alternatives}"
+    n, what = (len(poses), "poses") if len(poses) > 1 else (len(clocks), "clocks")
+    alternatives = " or ".join(f"'{' '.join(choice).rstrip(' -')}'" for choice in choices)
+    reason = f"its header names {n} {what}; choose one by --columns {alternatives[:1000]}"
     raise FileError(table.path, reason)
 
 
@@ -251,15 +250,15 @@ def _poses(owners: Sequence[str], names: Sequence[str]) -> list[list[int]]:
     Both have the same owner; a rotation without an owner belongs to the only position.
     """
     parts = POSITION, QUATERNION, VECTOR, ROTATION, LAST_ROW
-    keys = list(zip(names, owners, strict=True))
+    columns = defaultdict(list)
+    for index, key in enumerate(zip(names, owners, strict=True)):
+        columns[key].append(index)
     # The columns of a part with one owner, the first, the second ...
     groups: Groups = defaultdict(list)
     for part in parts:
         for owner in dict.fromkeys(owners):
-            columns = {
-                name: [i for i, key in enumerate(keys) if key == (name, owner)] for name in part
-            }
-            groups[part] += [(owner, list(group)) for group in zip(*columns.values(), strict=False)]
+            of_owner = [columns[name, owner] for name in part]
+            groups[part] += [(owner, list(group)) for group in zip(*of_owner, strict=False)]
     poses = []
     positions = [name for name, _ in groups[POSITION]]
     for number, (owner, position) in enumerate(groups[POSITION]):

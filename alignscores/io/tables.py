@@ -28,7 +28,7 @@ class Table:
     """A text file with a row of fields a line."""
 
     path: FilePath
-    above: list[str]  # lines above the rows
+    above: list[str]  # lines above the rows, without blank ones
     start: int  # line of the first row
     first: list[str]  # fields of the first row, without what is behind a separator at its end
     separator: str | None  # ",", ";" with decimal commas, or None for blanks
@@ -129,7 +129,8 @@ def open_table(path: FilePath) -> Table:
         is_lost = fields and all(field.lower() in MISSING for field in fields)
         if is_lost or any(map(is_number, fields)):
             return _table(path, above, number, row)
-        above.append(line.strip())
+        if line := line.strip():
+            above.append(line)
     raise FileError(path, "has no line of numbers")
 
 

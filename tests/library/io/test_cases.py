@@ -5,6 +5,7 @@ The reports are named; data and wording are ours.
 
 import json
 import re
+import tracemalloc
 import warnings
 
 import numpy as np
@@ -287,6 +288,26 @@ def test_a_header_names_all_columns(write):
                 read_tum(path)
     path = write(table(STAMPS, POSITIONS, np.ones(N), header="# time x y z"))
     with pytest.warns(TrajectoryWarning, match="time x y z.*, 1 of 5 columns ignored"):
+        same_poses(read_tum(path), rotations=False)
+
+
+def test_headers_with_thousands_of_names_are_refused_in_a_sentence(write):
+    """The choices of 400 positions and 1000 clocks took minutes, and gigabytes."""
+    header = ",".join(["t"] * 1000 + ["x", "y", "z"] * 400)
+    path = write(table(np.ones((3, 2200)), by=",", header=header))
+    tracemalloc.start()
+    try:
+        with pytest.raises(FileError, match="its header names 400 poses; choose one") as caught:
+            read_tum(path)
+        assert tracemalloc.get_traced_memory()[1] < 100e6
+    finally:
+        tracemalloc.stop()
+    assert len(str(caught.value)) < 2000
+
+
+def test_blank_lines_separate_a_header_from_its_units(write):
+    path = write("t,x,y,z\n\ns,mm,mm,mm\n\n" + table(STAMPS, 1000 * POSITIONS, by=","))
+    with pytest.warns(TrajectoryWarning, match="converted from mm, as its columns say"):
         same_poses(read_tum(path), rotations=False)
 
 
