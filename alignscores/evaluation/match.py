@@ -94,7 +94,7 @@ def match(
     covers half of ``max_gap`` before and after its own time, and more while the reference stands
     still between two poses: it stays within d and 10 degrees of one of them. A covered frame takes
     the nearest pose, with the reference at the pose's own time; the other frames are lost. A pose
-    with neither a finite position nor a finite rotation is none.
+    without any finite number is none.
 
     `groups` are labels of the reference's rows, the same for cameras of one rig frame; without them
     the names of images have them.
@@ -350,8 +350,8 @@ def _is_nearest(ref_stamps: Floats, stamps: Floats) -> Booleans:
 
 
 def _present(poses: Floats) -> Booleans:
-    """Return which poses have a finite position or rotation; all of them where none has."""
-    present = finite_rows(poses[:, :3, 3]) | finite_rows(poses[:, :3, :3])
+    """Return which poses have any finite number, without which one is none; all if none has."""
+    present = np.asarray(np.isfinite(poses[:, :3]).any(axis=(1, 2)))
     return present if present.any() else ~present
 
 
