@@ -108,7 +108,14 @@ class Trajectory(NamedTuple):
 
 
 def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
-    """Return a trajectory; refuse it if a tenth of its poses have the key of another one."""
+    """Return a trajectory; refuse it if a tenth of its poses have the key of another one.
+
+    A position or rotation with a number that is not finite was not estimated: all of it is NaN.
+    """
+    for part in (poses[:, :3, 3], poses[:, :3, :3]):
+        finite = finite_rows(part)
+        if not finite.all():
+            part[~finite] = np.nan
     if keys.dtype.kind == "f":
         if (keys[1:] > keys[:-1]).all():
             return Trajectory(keys, poses)

@@ -514,6 +514,9 @@ def test_nan_has_many_spellings(write, nan):
     if nan:
         trajectory = read_tum(write([line.replace(",", " ") for line in lines]))
         assert np.isnan(trajectory.poses[3, :3]).all()
+        lost = f"{nan} 2 3"  # of which nothing was estimated
+        rows = [f"{stamp} {lost if row == 3 else '1 2 3'}" for row, stamp in enumerate(STAMPS)]
+        assert np.isnan(read_tum(write(rows)).poses[3, :3]).all()
         _, poses = read_kitti(write([" ".join([nan] * 12), "1 0 0 4 0 1 0 5 0 0 1 6"]))
         assert np.isfinite(poses[:, 0, 3]).tolist() == [False, True]
 
