@@ -18,7 +18,7 @@ import numpy as np
 from ..arrays import Floats, Indices
 from ..averaging import project_to_rotation, rotation_angles
 from ..io import FAILURES, Trajectory, inverse_poses
-from ..io.columns import name_columns
+from ..io.columns import UNITS, name_columns
 from ..io.tables import Table, open_table
 from ..io.trajectory import TIME_UNITS
 from ..similarity import Similarity
@@ -63,8 +63,9 @@ MOTION_DEG = 30.0  # largest rotation from one frame to the next
 REF_OUTLIERS, EST_OUTLIERS = 0.1, 0.5
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MAX_RATIO = 30  # of the durations of two files in the same unit
-# Between the unit of stamps and the one they were read in.
-TIME_FACTORS = 1e-3, 1e-6, 1e-9, 1e3, 1e6
+# Between the unit of stamps and the one they were read in; larger units pass for seconds.
+MINUTES = {unit: UNITS[unit] for unit in ("minutes", "hours", "days")}
+TIME_FACTORS = 1e-3, 1e-6, 1e-9, 1e3, 1e6, *MINUTES.values()
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
 MIRRORS = {
     "z negated": np.diag([1.0, 1.0, -1.0]),
@@ -262,9 +263,14 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
     if min(durations) == 0:  # of a single pose
         return
     differ = max(durations) > MAX_RATIO * min(durations)
-    factors = [_time_factors(poses.keys, differ) for poses in (reference, estimate)]
+    steps = [_positive_step(poses.keys) for poses in (reference, estimate)]
+    is_usual = [STEPS_OF_CAMERAS[0] <= step <= STEPS_OF_CAMERAS[1] for step in steps]
+    factors = [
+        _time_factors(step, differ or not usual)
+        for step, usual in zip(steps, is_usual, strict=True)
+    ]
     for of_ref, of_est in product(*factors):
-        if of_ref == of_est == 1:
+        if of_ref == of_est == 1 or (any(is_usual) and 1 not in (of_ref, of_est)):
             continue
         ref, est = (
             trajectory._replace(keys=trajectory.keys * factor)
@@ -294,17 +300,17 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
         )
 
 
-def _time_factors(stamps: Floats, differ: bool) -> list[float]:
-    """Return 1, and other factors that make steps of stamps those of a camera.
-
-    There are others if the steps are none, or durations differ.
-    """
-    steps = np.diff(np.sort(stamps))
-    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+def _time_factors(step: float, is_wrong: bool) -> list[float]:
+    """Return 1 and, if a step of stamps is or may be wrong, factors that make it a camera's."""
     low, high = STEPS_OF_CAMERAS
-    if step == 0 or (low <= step <= high and not differ):
-        return [1.0]
-    return [1.0, *(factor for factor in TIME_FACTORS if low <= step * factor <= high)]
+    others = TIME_FACTORS if is_wrong else ()
+    return [1.0, *(factor for factor in others if low <= step * factor <= high)]
+
+
+def _positive_step(stamps: Floats) -> float:
+    """Return the median difference between stamps that follow each other; 0 if all are equal."""
+    steps = np.diff(np.sort(stamps))
+    return float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
 
 
 def _unit(state: _State, files: Files, side: str, factor: float) -> str:
@@ -313,12 +319,14 @@ def _unit(state: _State, files: Files, side: str, factor: float) -> str:
     They may have been taken for another one by their size.
     """
     keys = (state.reference if side == REF else state.estimate).keys
-    per_second = 1 / factor if factor < 1 else TIME_UNITS["ns"] / factor
+    is_smaller = factor > 1 and factor not in MINUTES.values()
+    per_second = TIME_UNITS["ns"] / factor if is_smaller else 1 / factor
     table, names = _table(state, files, side)
     if table and sum(name[0] == "t" for name in names) == 1:
         column = [i for i, name in enumerate(names) if name[0] == "t"]
         per_second = np.ptp(table.numbers(column)) / (np.ptp(keys) * factor)
-    units = (unit for unit, n in TIME_UNITS.items() if np.isclose(n, per_second, rtol=1e-3))
+    all_units = TIME_UNITS | {unit: 1 / seconds for unit, seconds in MINUTES.items()}
+    units = (unit for unit, n in all_units.items() if np.isclose(n, per_second, rtol=1e-3))
     return next(units, "")
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats, Indices
 from ..io import Trajectory, read_stamps
+from ..translation import NEGLIGIBLE
 from ..validation import finite_rows
 from .reading import KEY_KINDS, check_duplicates, first_rows, warn
 from .rigs import rig_frames as rig_frames_by_names
@@ -93,7 +94,7 @@ def match(
     covers half of ``max_gap`` before and after its own time, and more while the reference stands
     still between two poses: it stays within d and 10 degrees of one of them. A covered frame takes
     the nearest pose, with the reference at the pose's own time; the other frames are lost. A pose
-    of NaN is none.
+    without any finite number is none.
 
     `groups` are labels of the reference's rows, the same for cameras of one rig frame; without them
     the names of images have them.
@@ -154,11 +155,27 @@ def check_scorable(
             reason = f"{n} of the reference's {what} {verb} expected; at least 4 are needed"
             if matches.timed:
                 reason += f" (it lasts {np.ptp(reference.keys):.3g} s)"
+        elif far := _far_pose(reference):
+            reason, remedy = f"{far} is far away from the others", f"leave it out, or {remedy}"
         else:
             reason = f"at least three quarters of the reference {what} coincide with another one"
             if matches.keys.dtype.kind == "U" and what == "poses":
                 remedy += ", or --rig_frames says which are cameras of one rig"
         raise ValueError(f"d cannot be derived: {reason}; {remedy}")
+
+
+def _far_pose(reference: Trajectory) -> str:
+    """Return the farthest pose if d of the others is negligible against its distance."""
+    rows = np.flatnonzero(finite_rows(reference.positions))
+    positions = reference.positions[rows]
+    distances = np.linalg.norm(positions - np.median(positions, axis=0), axis=1)
+    order = np.argsort(distances)
+    unit = unit_of(positions[order[: -(-3 * len(rows) // 4)]], None)
+    if not unit < NEGLIGIBLE * distances[order[-1]]:
+        return ""
+    key, position = reference.keys[rows[order[-1]]], positions[order[-1]]
+    pose = f"at {key:.6f} s" if reference.keys.dtype.kind == "f" else f"{key!s}"
+    return f"the reference's pose {pose}, ({', '.join(f'{x:.4g}' for x in position)}),"
 
 
 def check_reference(
@@ -333,8 +350,8 @@ def _is_nearest(ref_stamps: Floats, stamps: Floats) -> Booleans:
 
 
 def _present(poses: Floats) -> Booleans:
-    """Return which poses are not all NaN, which is no pose; all of them where all are NaN."""
-    present = ~np.asarray(np.isnan(poses[:, :3]).all(axis=(1, 2)))
+    """Return which poses have any finite number, without which one is none; all if none has."""
+    present = np.asarray(np.isfinite(poses[:, :3]).any(axis=(1, 2)))
     return present if present.any() else ~present
 
 

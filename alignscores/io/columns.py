@@ -23,9 +23,10 @@ A unit among the words, as in ``x [mm]``, or in a line below the names, is one o
 """
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import islice, product
 
 import numpy as np
 
@@ -106,6 +107,8 @@ def name_columns(table: Table, columns: str | None = None) -> list[str]:
         unknown = f"whose meaning is unknown; {NAME_THEM}"
         reason = f"not the {len(names)} of {columns!r}" if columns else unknown
         raise table.source.error(0, f"has {width} column{'s' * (width != 1)}, {reason}")
+    if not columns:
+        _refuse_two_poses(names, table)
     words = columns.lower().replace(",", " ").split() if columns else table.header
     table.units = list(map(_unit, words, names))
     return names + ["-"] * (width - len(names))
@@ -140,10 +143,11 @@ def _of_header(table: Table) -> list[str]:
         parts = _meanings(words)
         names = _complete(parts)
         _check_owners(words, names, table)
-        if "x" in names and len(names) <= width:
+        is_comment = line.startswith(COMMENTS)
+        # A comment may leave out the last columns.
+        if "x" in names and (len(names) == width or (is_comment and len(names) < width)):
             table.header = words
             return _unambiguous(words, names, table)
-        is_comment = line.startswith(COMMENTS)
         n_coordinates = sum(part in (*POSITION, *QUATERNION) for part in parts)
         if "x" in names and not is_comment:
             counts = f"its header names {len(names)} columns, its first row has {width}"
@@ -204,40 +208,57 @@ def _unambiguous(
     words: Sequence[str], names: Sequence[str], table: Table, anyone: bool = False
 ) -> list[str]:
     """Return the columns of one position, rotation and clock; refuse several with the choices."""
-    poses, clocks = _poses(words, names, anyone), _clocks(words, names)
+    owners = [_owner(word, anyone) for word in words]
+    _check_numbers(owners, names, table)
+    poses, clocks = _poses(owners, names), _clocks(words, names)
+    if not poses:
+        reason = "its header names x, y and z, but not of the same position"
+        raise FileError(table.path, f"{reason}; {NAME_THEM}")
     keys = [
         next((i for i, name in enumerate(names) if name == key and is_key(table.first[i])), None)
         for key, is_key in (("n", is_number), ("name", lambda field: not is_number(field)))
     ]
     choices = [
-        [name if index in (*pose, *clock, *keys) else "-" for index, name in enumerate(names)]
-        for pose in poses
-        for clock in clocks
+        [name if index in {*pose, *clock, *keys} else "-" for index, name in enumerate(names)]
+        for pose, clock in islice(product(poses, clocks), 4)
     ]
     if len(choices) == 1:
         return choices[0]
-    what = "poses" if len(poses) > 1 else "clocks"
-    alternatives = " or ".join(f"'{' '.join(choice).rstrip(' -')}'" for choice in choices[:4])
-    reason = f"its header names {len(choices)} {what}; choose one by --columns {alternatives}"
+    n, what = (len(poses), "poses") if len(poses) > 1 else (len(clocks), "clocks")
+    alternatives = " or ".join(f"'{' '.join(choice).rstrip(' -')}'" for choice in choices)
+    reason = f"its header names {n} {what}; choose one by --columns {alternatives[:1000]}"
     raise FileError(table.path, reason)
 
 
-def _poses(words: Sequence[str], names: Sequence[str], anyone: bool) -> list[list[int]]:
+def _check_numbers(owners: Sequence[str], names: Sequence[str], table: Table) -> None:
+    """Refuse a position or rotation with several columns for only some of its coordinates.
+
+    In x, y, tx, ty, tz they could be mixed.
+    """
+    n_columns = Counter(zip(names, owners, strict=True))
+    for part, owner in product((POSITION, QUATERNION, VECTOR, ROTATION), {*owners}):
+        ordered = sorted((n_columns[name, owner], name) for name in part)
+        (fewest, rare), (most, frequent) = ordered[0], ordered[-1]
+        if 0 < fewest < most:
+            reason = f"its header names {most} columns {frequent}, but {fewest} {rare}; {NAME_THEM}"
+            raise FileError(table.path, reason)
+
+
+def _poses(owners: Sequence[str], names: Sequence[str]) -> list[list[int]]:
     """Return the columns of each position with its rotation, if there is one.
 
     Both have the same owner; a rotation without an owner belongs to the only position.
     """
     parts = POSITION, QUATERNION, VECTOR, ROTATION, LAST_ROW
-    owners = [_owner(word, anyone) for word in words]
-    keys = list(zip(names, owners, strict=True))
+    columns = defaultdict(list)
+    for index, key in enumerate(zip(names, owners, strict=True)):
+        columns[key].append(index)
     # The columns of a part with one owner, the first, the second ...
     groups: Groups = defaultdict(list)
     for part in parts:
         for owner in dict.fromkeys(owners):
-            columns = {
-                name: [i for i, key in enumerate(keys) if key == (name, owner)] for name in part
-            }
-            groups[part] += [(owner, list(group)) for group in zip(*columns.values(), strict=False)]
+            of_owner = [columns[name, owner] for name in part]
+            groups[part] += [(owner, list(group)) for group in zip(*of_owner, strict=False)]
     poses = []
     positions = [name for name, _ in groups[POSITION]]
     for number, (owner, position) in enumerate(groups[POSITION]):
@@ -301,6 +322,17 @@ def _refuse_block(table: Table) -> None:
             reason = f"columns {start + 1} to {start + 9} seem to be a rotation matrix"
             remedy = f"name them, as in --columns '{' '.join([*key, *pose])}' if it is row by row"
             raise FileError(table.path, f"{reason}; {remedy}")
+
+
+def _refuse_two_poses(names: Sequence[str], table: Table) -> None:
+    """Raise an error where all columns come twice, as where two trajectories are associated."""
+    n, second = len(names), table.first[len(names) :]
+    if len(second) == n and "qw" in names and _deviation(names, second) <= MAX_DEVIATION:
+        first = " ".join(names)
+        choices = f"'{first}' or '{'- ' * n}{first}'"
+        raise FileError(
+            table.path, f"seems to have two poses a line; choose one by --columns {choices}"
+        )
 
 
 def _meanings(words: Sequence[str], anyone: bool = False) -> list[str]:

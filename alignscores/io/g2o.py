@@ -68,4 +68,4 @@ def read_g2o(path: FilePath) -> Trajectory:
 
 def is_g2o(text: str) -> bool:
     """Return whether a file that begins with this text is a pose graph."""
-    return bool(re.match(r"(\s|#.*\n)*(VERTEX_|EDGE_|FIX |PARAMS_)", text))
+    return bool(re.match(r"(?:\s|#.*\n)*+(VERTEX_|EDGE_|FIX |PARAMS_)", text))

@@ -2,6 +2,7 @@
 
 import json
 import posixpath
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -210,8 +211,17 @@ def _frames(path: FilePath) -> list[Any]:
 
 def _content(path: FilePath) -> Any:
     try:
-        return json.loads(read_text(path, MAX_BYTES))
+        return json.loads(read_text(path, MAX_BYTES), object_pairs_hook=_unique)
     except FileError:
         raise
     except (RecursionError, ValueError) as error:  # also of numbers with thousands of digits
         raise FileError(path, f"is not JSON that can be read ({error})") from None
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object of JSON; raise a ValueError where a name comes twice."""
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        name = next(name for name, n in Counter(name for name, _ in pairs).items() if n > 1)
+        raise ValueError(f"an object has the name {name[:60]!r} twice")
+    return content

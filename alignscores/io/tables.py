@@ -19,8 +19,8 @@ from ..files import FileError, FilePath, Source, is_number, numbered_lines, read
 __all__ = ["COMMENTS", "Table", "open_table"]
 
 COMMENTS = ("#", "%", "//")
-MISSING = {"", "na", "n/a", "none", "null", "nan(ind)", "-nan(ind)", "nan(snan)", "-nan(snan)"}
-MICROSOFT = re.compile(r"([+-]?)1\.#(IND|QNAN|SNAN|INF)\d*", re.IGNORECASE)
+MISSING = {"", "na", "n/a", "none", "null"}
+MICROSOFT = re.compile(r"([+-]?)1\.#(IND|QNAN|SNAN|INF)\d*|[+-]?nan\((ind|snan)\)", re.IGNORECASE)
 
 
 @dataclass
@@ -28,7 +28,7 @@ class Table:
     """A text file with a row of fields a line."""
 
     path: FilePath
-    above: list[str]  # lines above the rows
+    above: list[str]  # lines above the rows, without blank ones
     start: int  # line of the first row
     first: list[str]  # fields of the first row, without what is behind a separator at its end
     separator: str | None  # ",", ";" with decimal commas, or None for blanks
@@ -125,9 +125,12 @@ def open_table(path: FilePath) -> Table:
     above: list[str] = []
     for number, line in enumerate(re.split("\r\n|\r|\n", read_head(path)), 1):
         row = _row(line)
-        if row and any(map(is_number, re.split(r'[\s,;"]+', line))):
+        fields = [field for field in re.split(r'[\s,;"]+', row) if field]
+        is_lost = fields and all(field.lower() in MISSING for field in fields)
+        if is_lost or any(map(is_number, fields)):
             return _table(path, above, number, row)
-        above.append(line.strip())
+        if line := line.strip():
+            above.append(line)
     raise FileError(path, "has no line of numbers")
 
 
@@ -154,9 +157,9 @@ def _split(row: str, separator: str | None) -> list[str]:
 
 def _row(line: str) -> str:
     """Return a line without its comment and with plain NaN; empty if nothing is left."""
-    if ".#" in line:
+    if ".#" in line or "nan(" in line.lower():
         line = MICROSOFT.sub(
-            lambda match: f"{match[1]}inf" if match[2] in "INFinf" else "nan", line
+            lambda match: f"{match[1]}inf" if match[2] and match[2] in "INFinf" else "nan", line
         )
     text = line.partition("#")[0].strip()
     return "" if text.startswith(COMMENTS) else text

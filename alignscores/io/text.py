@@ -212,6 +212,7 @@ def read_names(path: FilePath, *, columns: str | None = None) -> Trajectory:
     used = [name for name in names if name not in ("-", "name")]
     texts, values = table.names_and_numbers(names.index("name"), list(map(names.index, used)))
     values = _converted(values, used, names, table)
+    _warn_of_ignored(["name", *used], names, table)
     order = sorted(range(len(texts)), key=texts.__getitem__)
     trajectory = checked(np.array(texts), _poses(values, used, table.source), table.source)
     return Trajectory(trajectory.keys[order], trajectory.poses[order])
@@ -369,17 +370,24 @@ def _read_table(path: FilePath, columns: str | None, usual: str = "s") -> Trajec
     values = table.numbers([names.index(name) for name in used])
     values = _converted(values, used, names, table)
     column = dict(zip(used, values.T, strict=True))
-    if len(used) < len(names) and usual == "s":
-        headers = [table.header[names.index(name)] for name in used] if table.header else []
-        by_header = f" (in the header: {' '.join(headers)[:200]})" if headers else ""
-        ignored = f"{len(names) - len(used)} of {len(names)} columns ignored"
-        warn(path, f"read {' '.join(used)}{by_header}, {ignored}")
+    if usual == "s":
+        _warn_of_ignored(used, names, table)
     if "rx" in column and not columns:
         warn(path, "read rx ry rz as a rotation vector in radians; Euler angles are not read")
     if not columns:
         _refuse_others(values, column, table)
     keys = _keys(column, table.source, usual)
     return checked(keys, _poses(values, used, table.source), table.source)
+
+
+def _warn_of_ignored(used: list[str], names: list[str], table: Table) -> None:
+    """Warn of columns that are not read, and name those that are."""
+    if len(used) == len(names):
+        return
+    headers = [table.header[names.index(name)] for name in used] if table.header else []
+    by_header = f" (in the header: {' '.join(headers)[:200]})" if headers else ""
+    ignored = f"{len(names) - len(used)} of {len(names)} columns ignored"
+    warn(table.path, f"read {' '.join(used)}{by_header}, {ignored}")
 
 
 def _converted(values: Floats, used: list[str], names: list[str], table: Table) -> Floats:
@@ -395,17 +403,20 @@ def _converted(values: Floats, used: list[str], names: list[str], table: Table) 
 def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> None:
     """Raise an error where columns that nothing names seem to hold no positions.
 
-    The first three lines of four numbers have a rotation: they are a matrix. A heading jumps by a
-    full turn in its range. In degrees or radians of latitude and longitude, a path of some
-    kilometres is small against its distance from the origin, and the height has another scale; less
-    than 5 degrees from the origin there is only sea. Positions that hardly change could be radians,
-    but for a height that does.
+    Of many columns, the first is in order if it is a time, and a row has a quaternion. The first
+    three lines of four numbers have a rotation: they are a matrix. A heading jumps by a full turn
+    in its range. In degrees or radians of latitude and longitude, a path of some kilometres is
+    small against its distance from the origin, and the height has another scale; less than 5
+    degrees from the origin there is only sea. Positions that hardly change could be radians, but
+    for a height that does.
     """
     block, n_columns = values[:3, :3], len(table.first)
-    is_guess = n_columns > len(TUM.split()) and not table.header and len(values) > 1
-    if is_guess and "t" in column and np.mean(np.diff(column["t"]) > 0) < MIN_IN_ORDER:
+    is_guess = n_columns > len(TUM.split()) and not table.header and "t" in column
+    if is_guess and len(values) > 1 and np.mean(np.diff(column["t"]) > 0) < MIN_IN_ORDER:
         reason = f"has {n_columns} columns, and the first is no time: it is not in order"
         raise FileError(table.path, f"{reason}; {NAME_THEM}")
+    if is_guess and np.isnan(sum(column[name] for name in QUATERNION)).all():
+        raise FileError(table.path, f"has {n_columns} columns, and no quaternion; {NAME_THEM}")
     is_small = n_columns == 4 and block.shape == (3, 3) and (np.abs(block) < 2).all()
     if is_small and np.abs(block @ block.T - np.eye(3)).max() < MAX_DEVIATION:
         reason = "seems to have a matrix in several lines; write each in one, of 12 or 16 numbers"

@@ -108,7 +108,14 @@ class Trajectory(NamedTuple):
 
 
 def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
-    """Return a trajectory; refuse it if a tenth of its poses have the key of another one."""
+    """Return a trajectory; refuse it if a tenth of its poses have the key of another one.
+
+    A position or rotation with a number that is not finite was not estimated: all of it is NaN.
+    """
+    for part in (poses[:, :3, 3], poses[:, :3, :3]):
+        finite = finite_rows(part)
+        if not finite.all():
+            part[~finite] = np.nan
     if keys.dtype.kind == "f":
         if (keys[1:] > keys[:-1]).all():
             return Trajectory(keys, poses)
@@ -303,10 +310,11 @@ def check_stamps(seconds: Floats, source: Source) -> None:
     source.refuse(~np.isfinite(seconds), "the time stamp is not finite")
     far = np.abs(seconds) > MAX_SECONDS
     if far.any():
-        row, middle = int(np.argmax(far)), float(np.median(seconds))
-        reason = (
-            f"the time stamp of {seconds[row]:.6g} s is not a time; most are near {middle:.6g} s"
-        )
+        row, unit = int(np.argmax(far)), time_unit(seconds)
+        most = f"are near {np.median(seconds):.6g} s"
+        if unit != "s":
+            most = f"seem to be in {unit}; --columns names the unit, as t_{unit}"
+        reason = f"the time stamp of {seconds[row]:.6g} s is not a time; most {most}"
         raise source.error(row, reason)
 
 

@@ -127,6 +127,11 @@ def test_where_there_is_no_d_the_option_is_named(run, score, kitti, examples):
         assert err.endswith("--unit sets it\n")
         (result,) = score("kitti", path, path, "--unit", 0.1)
         assert result["TAS"] == 1.0
+    far = poses.copy()
+    far[7, :3, 3] = 0, 1e10, 0
+    path = kitti(far, "far.txt")
+    reason = "the reference's pose 7, (0, 1e+10, 0), is far away from the others; leave it out, or"
+    assert f"{path}: d cannot be derived: {reason} --unit sets it" in run("kitti", path, path)[2]
     four = kitti(standing[-4:], "four.txt")
     assert "the reference stands still: all of its 4 poses" in run("kitti", four, four)[2]
 

@@ -359,6 +359,22 @@ def test_a_unit_of_time_shows_in_the_durations_of_both_files():
         evaluate(Trajectory(times / 15, truth), Trajectory(times / 15 * 1e3, estimate))
 
 
+@pytest.mark.parametrize(("unit", "seconds"), [("minutes", 60), ("hours", 3600), ("days", 86400)])
+def test_stamps_in_minutes_and_larger_units_are_named(write, unit, seconds):
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    times += 1.7e9
+    rows = np.column_stack([times / seconds, truth[:, :3, 3]])
+    estimate = write([" ".join(f"{x:.17g}" for x in row) for row in rows], "est.txt")
+    reference = Trajectory(times, truth)
+    with pytest.raises(ValueError, match=f"seem to be {unit} in est.txt") as caught:
+        evaluate(reference, estimate)
+    assert str(caught.value).endswith(f"--est_columns 't_{unit} x y z' names the unit")
+    assert evaluate(reference, estimate, est_columns=f"t_{unit} x y z").tas == 1
+    with pytest.raises(ValueError, match=f"seem to be {unit} in the estimate.*; write seconds$"):
+        evaluate(reference, Trajectory(times / seconds, disturbed(truth, rng)))
+
+
 def test_units_and_clocks_that_differ_both_are_named_together():
     rng = np.random.default_rng(9)
     times, truth = winding(rng)

@@ -254,15 +254,16 @@ def test_all_poses_count_for_the_ate_whatever_frames_are_expected():
 
 @pytest.mark.parametrize("rows", [[0, 100, 300, 301, 302, N - 1], range(200, 320)])
 @pytest.mark.parametrize("settings", [{}, {"missing": "ignore"}, {"max_gap": 0.25}])
-def test_a_pose_of_nan_is_one_that_is_left_out(rows, settings):
+@pytest.mark.parametrize("value", [np.nan, -np.inf])
+def test_a_pose_that_is_not_finite_is_one_that_is_left_out(rows, settings, value):
     truth = noisy(TRUTH, 0)
     poses = truth.poses.copy()
-    poses[list(rows), :3] = np.nan
+    poses[list(rows), :3] = value
     left_out = of_rows(truth, np.setdiff1d(np.arange(N), rows))
-    estimates = {"nan": Trajectory(truth.keys, poses), "left out": left_out}
-    nan, left_out = scored(estimates, **settings).values()
+    estimates = {"not finite": Trajectory(truth.keys, poses), "left out": left_out}
+    not_finite, left_out = scored(estimates, **settings).values()
     for name in ("TAS", "RAS", "PAS", "half_distance", "lost", "unit"):
-        assert nan[name] == left_out[name]
+        assert not_finite[name] == left_out[name]
 
 
 def test_an_estimate_of_nan_alone_scores_zero():

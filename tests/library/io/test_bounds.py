@@ -2,11 +2,12 @@
 
 import io
 import json
+import tracemalloc
 
 import numpy as np
 import pytest
 
-from alignscores.io import FileError, read_arrays, read_nerf
+from alignscores.io import FileError, read_arrays, read_nerf, recognise
 
 MATRIX = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 
@@ -37,6 +38,7 @@ NO_ARRAYS = "is not a file of arrays"
     ("read", "content", "reason"),
     [
         (read_nerf, lambda: b"[" * 200_000, "is not JSON that can be read"),
+        (read_nerf, lambda: b'{"frames": [], "frames": []}', "has the name 'frames' twice"),
         (
             read_nerf,
             lambda: transforms("1" + "0" * 5000),
@@ -56,3 +58,16 @@ def test_hostile_files_are_refused(tmp_path, read, content, reason):
         assert len(str(caught.value)) < 300
     except MemoryError:  # which whoever scores makes a line of
         assert b"10000000000" in content()
+
+
+@pytest.mark.parametrize("text", [" " * 1_000_000, "#\n" * 500_000])
+def test_a_format_is_recognised_in_little_memory(tmp_path, text):
+    path = tmp_path / "x.txt"
+    path.write_text(text)
+    tracemalloc.start()
+    try:
+        with pytest.raises(FileError, match="has no line of numbers"):
+            recognise(path)
+        assert tracemalloc.get_traced_memory()[1] < 100e6
+    finally:
+        tracemalloc.stop()

@@ -5,6 +5,7 @@ The reports are named; data and wording are ours.
 
 import json
 import re
+import tracemalloc
 import warnings
 
 import numpy as np
@@ -19,6 +20,7 @@ from alignscores.io import (
     read_euroc,
     read_g2o,
     read_hloc,
+    read_kitti,
     read_matrices,
     read_names,
     read_nerf,
@@ -267,6 +269,75 @@ def test_a_first_column_that_is_not_in_order_is_no_time(write):
             read_tum(path)
 
 
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
+def test_columns_that_may_be_a_quaternion_are_one_in_some_row(write):
+    """A matrix behind a number, with a column of nan, is no position with lost rotations."""
+    matrices = np.concatenate([ROTATIONS.as_matrix(), POSITIONS[:, :, None]], axis=2)
+    parts = np.arange(N), matrices.reshape(N, 12)[:, :4], np.full(N, np.nan), POSITIONS
+    with pytest.raises(FileError, match="has 9 columns, and no quaternion; name them, as in"):
+        read_tum(write(table(*parts)))
+
+
+def test_a_header_names_all_columns(write):
+    """R writes none for the names of rows, which come first; two rows a line have the names of one.
+
+    A comment may leave out the last columns.
+    """
+    for header, by in (("time,x,y,z", ","), ("time x y z", " ")):
+        for first, second in (([np.arange(N)], []), ([], [STAMPS, POSITIONS])):
+            path = write(table(*first, STAMPS, POSITIONS, *second, by=by, header=header))
+            message = "its header names 4 columns, its first row has [58]; name them, as in"
+            with pytest.raises(FileError, match=message):
+                read_tum(path)
+    path = write(table(STAMPS, POSITIONS, np.ones(N), header="# time x y z"))
+    with pytest.warns(TrajectoryWarning, match="time x y z.*, 1 of 5 columns ignored"):
+        same_poses(read_tum(path), rotations=False)
+
+
+def test_headers_with_thousands_of_names_are_refused_in_a_sentence(write):
+    """The choices of 400 positions and 1000 clocks took minutes, and gigabytes."""
+    header = ",".join(["t"] * 1000 + ["x", "y", "z"] * 400)
+    path = write(table(np.ones((3, 2200)), by=",", header=header))
+    tracemalloc.start()
+    try:
+        with pytest.raises(FileError, match="its header names 400 poses; choose one") as caught:
+            read_tum(path)
+        assert tracemalloc.get_traced_memory()[1] < 100e6
+    finally:
+        tracemalloc.stop()
+    assert len(str(caught.value)) < 2000
+
+
+def test_blank_lines_separate_a_header_from_its_units(write):
+    path = write("t,x,y,z\n\ns,mm,mm,mm\n\n" + table(STAMPS, 1000 * POSITIONS, by=","))
+    with pytest.warns(TrajectoryWarning, match="converted from mm, as its columns say"):
+        same_poses(read_tum(path), rotations=False)
+
+
+@pytest.mark.parametrize("header", ["t x y tx ty tz qx qy qz qw", "t tx ty tz qx qy qx qz qw z"])
+def test_coordinates_of_which_only_some_come_twice_are_not_mixed(write, header):
+    path = write(table(STAMPS, POSITIONS, POSITIONS, RNG.normal(size=(N, 3)), header=header))
+    message = "its header names 2 columns ([xyz]), but 1 ([xyz]); name them, as in --columns"
+    with pytest.raises(FileError, match=message):
+        read_tum(path)
+    path = write(table(STAMPS, POSITIONS, header="t gt_x gt_y est_z"))
+    with pytest.raises(FileError, match="names x, y and z, but not of the same position; name"):
+        read_tum(path)
+
+
+@pytest.mark.parametrize("header", ["", "# timestamp tx ty tz qx qy qz qw"])
+def test_two_poses_a_line_are_refused_with_the_choices(write, header):
+    """TUM's associate.py joins lines of two files."""
+    pose = STAMPS, POSITIONS, QUATERNIONS
+    path = write(table(STAMPS + 0.01, POSITIONS + 1, QUATERNIONS, *pose, header=header))
+    tum = "t x y z qx qy qz qw"
+    choices = f"'{tum}' or '- - - - - - - - {tum}'"
+    with pytest.raises(FileError, match=f"seems to have two poses a line; .* --columns {choices}"):
+        read_tum(path)
+    with pytest.warns(TrajectoryWarning, match="8 of 16 columns ignored"):
+        same_poses(read_tum(path, columns=f"- - - - - - - - {tum}"))
+
+
 def test_stamps_before_planar_positions_are_no_positions(write):
     path = write(table(STAMPS, POSITIONS[:, :2]))
     with pytest.raises(FileError, match=r"x is near 1.7e\+09, which is no position in metres; --"):
@@ -346,6 +417,9 @@ def test_tables_of_image_names_are_read(write):
     same_poses(read_names(path, columns="name qw qx qy qz x y z"))
     path = write(named(POSITIONS, QUATERNIONS).replace("017.jpg", "01;7,a.jpg"))
     assert "my photos/01;7,a.jpg" in read_names(path).keys
+    path = write(named(POSITIONS, np.ones(N), by=",", header="image,x,y,z,score"))
+    with pytest.warns(TrajectoryWarning, match=r"read name x y z \(in.*\), 1 of 5 columns ignored"):
+        same_poses(read_names(path), rotations=False)
 
 
 def test_two_rows_that_a_lost_line_break_joins_are_refused(write):
@@ -418,6 +492,10 @@ def test_a_stamp_that_is_no_time_is_refused(write):
         read_tum(write(lines))
     with pytest.raises(FileError, match="line 8: the time stamp"):
         read_stamps(write(lines))
+    rows = table(STAMPS * 1e3, POSITIONS, header="# t_s x y z")
+    message = r"time stamp of 1.7e\+12 s .* most seem to be in ms; --columns names .* t_ms"
+    with pytest.raises(FileError, match=message):
+        read_tum(write(rows))
 
 
 def test_keys_of_a_factor_graph_are_no_times(write):
@@ -440,6 +518,11 @@ def test_nan_has_many_spellings(write, nan):
     if nan:
         trajectory = read_tum(write([line.replace(",", " ") for line in lines]))
         assert np.isnan(trajectory.poses[3, :3]).all()
+        lost = f"{nan} 2 3"  # of which nothing was estimated
+        rows = [f"{stamp} {lost if row == 3 else '1 2 3'}" for row, stamp in enumerate(STAMPS)]
+        assert np.isnan(read_tum(write(rows)).poses[3, :3]).all()
+        _, poses = read_kitti(write([" ".join([nan] * 12), "1 0 0 4 0 1 0 5 0 0 1 6"]))
+        assert np.isfinite(poses[:, 0, 3]).tolist() == [False, True]
 
 
 @pytest.mark.parametrize("number", ["1_000", "0x10", "1e", "1,5", "١", '1"5', '15"'])
