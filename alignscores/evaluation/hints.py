@@ -204,47 +204,42 @@ def rescue(
 
 
 def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
-    """Return the state with the best remedy, if that raises the score clearly.
+    """Return the state with the best remedy and a hint on it, if that raises the score clearly.
 
-    The likeliest come first.
+    The likeliest remedies come first; later ones must be better by EQUAL.
     """
-    best, chosen, scores = state, None, []
-    for remedy in remedies:
-        after = state.after(remedy)
-        if after is None:
-            continue
-        scores.append((after, remedy))
-        if after.score > best.score + (EQUAL if chosen else 0):
-            best, chosen = after, remedy
-    if chosen is None or not best.scored or not _is_clear(state.scored, best.scored, chosen.min_t):
+    tried = [(remedy, after) for remedy in remedies if (after := state.after(remedy))]
+    remedy, best = None, state
+    for other, after in tried:
+        if after.score > best.score + (EQUAL if remedy else 0):
+            remedy, best = other, after
+    if remedy is None or not _is_clear(state, best, remedy.min_t):
         return state
     name = "PAS" if state.has_rotations else "TAS"
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
-    option, texts = chosen.option, {chosen.text}
-    for after, other in sorted(scores, key=lambda scored: -scored[0].score):
-        is_as_likely = (
-            (other.kind, other.is_ambiguous) == (chosen.kind, True)
-            and after.scored is not None
-            and _is_clear(state.scored, after.scored, other.min_t)
-        )
-        if (is_as_likely or after.score > best.score - EQUAL) and other.text not in texts:
-            option += f"; or {other.text} ({name} {after.score:.3f} corrected); {other.option}"
-            texts.add(other.text)
-    text = f"{chosen.text} ({before}{best.score:.3f} corrected)"
-    return replace(best, notes=(*state.notes, Hint(chosen.kind, text, option)))
+    possibilities = {remedy.text: remedy.option}
+    for other, after in sorted(tried, key=lambda pair: -pair[1].score):
+        is_as_likely = other.is_ambiguous and other.kind == remedy.kind
+        is_as_likely = is_as_likely and _is_clear(state, after, other.min_t)
+        if is_as_likely or after.score > best.score - EQUAL:
+            advice = f"{other.text} ({name} {after.score:.3f} corrected); {other.option}"
+            possibilities.setdefault(other.text, advice)
+    text = f"{remedy.text} ({before}{best.score:.3f} corrected)"
+    hint = Hint(remedy.kind, text, "; or ".join(possibilities.values()))
+    return replace(best, notes=(*state.notes, hint))
 
 
-def _is_clear(before: Scored | None, after: Scored, min_t: float) -> bool:
+def _is_clear(before: _State, after: _State, min_t: float) -> bool:
     """Return whether a score is better by much, or by so many standard errors.
 
     The standard error comes from the means over stretches of time, if the frames are the same.
     """
-    gain = after.score - (before.score if before else 0.0)
-    if before is None or not SMALL <= gain < CLEAR:
+    gain = after.score - before.score
+    if not (before.scored and after.scored and SMALL <= gain < CLEAR):
         return gain >= CLEAR
-    if len(before.frames) != len(after.frames):
+    if len(before.scored.frames) != len(after.scored.frames):
         return True
-    return _t(after.frames - before.frames) >= min_t
+    return _t(after.scored.frames - before.scored.frames) >= min_t
 
 
 def _t(gains: Floats, stretches: int = BLOCKS) -> float:
@@ -435,14 +430,14 @@ def _clocks_and_conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     for clock in chain(_clocks(state, files), _shifts(state, files)):
         yield clock
         on_time = state.after(clock)
-        if on_time is None or on_time.scored is None:
+        if on_time is None:
             continue
-        if _is_clear(state.scored, on_time.scored, clock.min_t):
+        if _is_clear(state, on_time, clock.min_t):
             continue
         late = _tried(state, [*_conventions(state, files), *_mirrored(state, files)])
         for other in chain(_conventions(on_time, files), _mirrored(on_time, files)):
             both = on_time.after(other)
-            if both and both.scored and _is_clear(late.scored, both.scored, clock.min_t):
+            if both and _is_clear(late, both, clock.min_t):
                 yield replace(
                     other,
                     text=f"{clock.text}; and {other.text}",
@@ -550,25 +545,9 @@ def _of_convention(
             f"transpose them in the {'camera-to-world poses' if is_of_poses else 'file'}"
         )
     if mistake == INVERTED or mistake in INVERTED_W:
-        is_inverted = {REF: settings.ref_invert, EST: settings.invert}
-        seem = "camera-to-world" if is_inverted[sides[0]] else "world-to-camera"
-        if len({is_inverted[side] for side in sides}) == 2:
-            texts.append(f"the wrong one of {files.reference} and {files.estimate} is inverted")
-        else:
-            texts.append(f"the poses of {names} seem to be {seem}")
-        add, leave = (
-            " ".join(f"--{side[:3]}_invert" for side in sides if is_inverted[side] == inverted)
-            for inverted in (False, True)
-        )
-        extra = " --body_rotation auto" if frame and not leave else ""
-        options += [f"{add}{extra} corrects it"] if add else []
-        options += [f"leave out {leave}"] if leave else []
-        may_be_arm = convention.side == BOTH and not (settings.ref_invert or settings.invert)
-        if may_be_arm and state.scored and _may_have_lever_arm(state.scored):
-            options.append(
-                f"if the positions of {files.estimate} are those of another point of its rig, "
-                "--lever_arm auto instead"
-            )
+        text, option = _of_inverted(state, files, sides, "--body_rotation auto" if frame else "")
+        texts.append(text)
+        options.append(option)
     option = (", then " if mistake in INVERTED_W else "; ").join(options)
     if frame:
         texts.append(frame)
@@ -576,6 +555,31 @@ def _of_convention(
     text = ", and ".join(texts)
     kind = mistake if mistake in (INVERTED, INVERTED_ROTATIONS) else "quaternions"
     yield _Remedy(kind, text, option, ref, est, changes, is_ambiguous=convention.is_ambiguous)
+
+
+def _of_inverted(
+    state: _State, files: Files, sides: list[str], extra_option: str
+) -> tuple[str, str]:
+    """Return in words that the files of some sides are inverted, or are not, and what to do."""
+    settings = state.settings
+    is_inverted = {REF: settings.ref_invert, EST: settings.invert}
+    add, leave = (
+        " ".join(f"--{side[:3]}_invert" for side in sides if is_inverted[side] == inverted)
+        for inverted in (False, True)
+    )
+    if add and leave:
+        text = f"the wrong one of {files.reference} and {files.estimate} is inverted"
+        return text, f"{add} corrects it; leave out {leave}"
+    names = files.name(BOTH if len(sides) == 2 else sides[0])
+    if leave:
+        return f"the poses of {names} seem to be camera-to-world", f"leave out {leave}"
+    option = f"{' '.join([add, extra_option]).strip()} corrects it"
+    if len(sides) == 2 and state.scored and _may_have_lever_arm(state.scored):
+        option += (
+            f"; if the positions of {files.estimate} are those of another point of its rig, "
+            "--lever_arm auto instead"
+        )
+    return f"the poses of {names} seem to be world-to-camera", option
 
 
 def _sample(scored: Scored) -> Indices:
