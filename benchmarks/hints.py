@@ -318,11 +318,7 @@ MISTAKES = {
     "frames": Mistake(_of_later_rows, "its frames are off", ONE, (False,)),
     "stamps": Mistake(_in_other_units, "stamps seem to be .* in {file}", ANY, (True,)),
     "lengths": Mistake(_in_other_lengths, "the positions of {file} seem to be in", EITHER),
-    "inverted": Mistake(
-        _inverted,
-        "the poses of {file} seem to be world-to-camera|if both files are world-to-camera",
-        ANY,
-    ),
+    "inverted": Mistake(_inverted, "the poses of {file} seem to be world-to-camera", ANY),
     "rotations inverted": Mistake(_transposed, "the rotations of {file} seem to be", EITHER),
     "w first": Mistake(_w_first, "the quaternions of {file} seem to have w", EITHER, (True,)),
     "inverted, w first": Mistake(

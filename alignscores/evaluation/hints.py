@@ -146,7 +146,7 @@ class _Remedy:
     estimate: Trajectory
     changes: dict[str, Any] = field(default_factory=dict)
     min_t: float = MIN_T  # 0 for what steps or motions show on their own
-    is_ambiguous: bool = False  # whether that of the other file is as likely, whatever its score
+    alike: str = ""  # names remedies that are as likely, whatever their scores
 
 
 def look(
@@ -219,7 +219,7 @@ def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     possibilities = {remedy.text: remedy.option}
     for other, after in sorted(tried, key=lambda pair: -pair[1].score):
-        is_as_likely = other.is_ambiguous and other.kind == remedy.kind
+        is_as_likely = other.alike and other.alike == remedy.alike
         is_as_likely = is_as_likely and _is_clear(state, after, other.min_t)
         if is_as_likely or after.score > best.score - EQUAL:
             advice = f"{other.text} ({name} {after.score:.3f} corrected); {other.option}"
@@ -454,9 +454,8 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     if state.has_rotations:
         inverted = _inverted(state.settings)
         found = find_conventions(state.scored.gt_poses, state.scored.est_poses, inverted=inverted)
-    mirrors = (
-        list(_mirrors(state, files)) if found else []
-    )  # on a plane, both have much the same effect
+    # On a plane, another convention and a mirror have much the same effect.
+    mirrors = list(_mirrors(state, files)) if found else []
     if mirrors and _fits_mirrored(state.scored, state.settings):
         yield from mirrors
     for convention in found:
@@ -469,22 +468,24 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         changes = {"body_rotation": "auto"} if frame else {}
         if convention.mistake:
             yield from _of_convention(state, files, convention, frame, changes)
-        elif frame:
+        elif body_rotation is not None:
             option = "--body_rotation auto removes it"
-            if _may_both_be_inverted(state.scored, body_rotation):
-                option += "; if both files are world-to-camera, --ref_invert --est_invert instead"
-            yield _Remedy("frame", frame, option, state.reference, state.estimate, changes)
+            alike = "" if is_common(body_rotation) else "frame"
+            yield _Remedy(
+                "frame", frame, option, state.reference, state.estimate, changes, alike=alike
+            )
+            if _is_in_same_frame(state.scored):
+                both = Convention(INVERTED, BOTH)
+                for remedy in _of_convention(state, files, both, "", {}):
+                    yield replace(remedy, alike=alike)
     yield from mirrors
 
 
-def _may_both_be_inverted(scored: Scored, body_rotation: Floats | None) -> bool:
-    """Return whether a rotation of the camera frame may be one of inverted coordinate frames.
+def _is_in_same_frame(scored: Scored) -> bool:
+    """Return whether positions fit without a rotation.
 
-    Inverse poses of two frames that differ by a rotation differ by that rotation of their cameras,
-    and not in their positions.
+    Then the camera frames of the inverse poses of both files agree where those of the poses differ.
     """
-    if body_rotation is None or is_common(body_rotation):
-        return False
     rows = _sample(scored)
     rotation = fit_positions(scored.gt_poses[rows], scored.est_poses[rows]).rotation
     return rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
@@ -554,7 +555,8 @@ def _of_convention(
         option += ", and add --body_rotation auto" if "--body_rotation" not in option else ""
     text = ", and ".join(texts)
     kind = mistake if mistake in (INVERTED, INVERTED_ROTATIONS) else "quaternions"
-    yield _Remedy(kind, text, option, ref, est, changes, is_ambiguous=convention.is_ambiguous)
+    alike = kind if convention.is_ambiguous else ""
+    yield _Remedy(kind, text, option, ref, est, changes, alike=alike)
 
 
 def _of_inverted(

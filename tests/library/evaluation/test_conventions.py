@@ -243,7 +243,8 @@ def test_two_files_with_inverse_poses_are_named_where_a_camera_frame_explains_th
     est[:, :3] = Rotation.from_rotvec([0.2, 0.3, -0.6]).as_matrix() @ gt[:, :3]
     inverted = inverse_poses(gt), inverse_poses(est)
     (note,) = [str(note) for note in evaluate(*inverted).notes if note.kind == "frame"]
-    assert note.endswith("if both files are world-to-camera, --ref_invert --est_invert instead")
+    assert "; or the poses of both the reference and the estimate seem to be world-to-cam" in note
+    assert note.endswith("(PAS 1.000 corrected); --ref_invert --est_invert corrects it")
     assert evaluate(*inverted, ref_invert=True, est_invert=True).pas == 1
     imu = [str(note) for note in evaluate(gt, in_frame(est, IMU)).notes if note.kind == "frame"]
     assert imu[0].endswith("--body_rotation auto removes it")

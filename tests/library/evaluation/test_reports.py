@@ -122,7 +122,12 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
     ("36", "g_w2c.npz e_c2w.npz", (0.176, 0.057), "poses of (g_w2c.npz|the ref).*--ref_invert"),
     ("36", "g_w2c.npz e_c2w.npz --ref_invert", (0.877, 0.927), ""),
     ("36", "a_w2c.npz a_e_w2c.npz", (0.193, 0.228), "--ref_invert --est_invert corrects it"),
-    ("36", "g_w2c.npz e_w2c.npz", (0.901, 0.228), "both files are world-to-camera, --ref_inv"),
+    (
+        "36",
+        "g_w2c.npz e_w2c.npz",
+        (0.901, 0.228),
+        "both g_w2c.npz and e_w2c.npz seem to be world-to-camera .*--ref_inv",
+    ),
     ("40", "reference.txt both.csv", "names 2 poses; choose .* 't - - - - - - - x y z qx", ""),
     ("40", "reference.txt both2.csv", "names 2 poses; choose .* 't - - - x y z'", ""),
     ("40", "reference.txt both3.csv", "names 2 poses; choose .* 't - - - x y z qx", ""),
