@@ -56,7 +56,7 @@ CLEAR = 0.1  # gain of a remedy
 SMALL, MIN_T = 0.01, 2.0  # or so small a one, of so many standard errors
 OUTLIER = 3.0  # median errors
 EQUAL = 0.02  # difference between remedies that are equally good
-SPAN_OF_FRAMES = 30  # over which motions are compared, or BLOCKS in a file
+SPAN_OF_FRAMES = 60  # over which motions are compared, or BLOCKS in a file
 BLOCKS = 20  # stretches of time, for standard errors
 MOTION_DEG = 30.0  # largest rotation from one frame to the next
 # Shares of larger rotations: in a reference, and in an estimate with outliers.
