@@ -146,6 +146,7 @@ class _Remedy:
     estimate: Trajectory
     changes: dict[str, Any] = field(default_factory=dict)
     min_t: float = MIN_T  # 0 for what steps or motions show on their own
+    margin: float = EQUAL  # by which it must be better than a likelier one
     alike: str = ""  # names remedies that are as likely, whatever their scores
 
 
@@ -206,12 +207,12 @@ def rescue(
 def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     """Return the state with the best remedy and a hint on it, if that raises the score clearly.
 
-    The likeliest remedies come first; later ones must be better by EQUAL.
+    The likeliest remedies come first.
     """
     tried = [(remedy, after) for remedy in remedies if (after := state.after(remedy))]
     remedy, best = None, state
     for other, after in tried:
-        if after.score > best.score + (EQUAL if remedy else 0):
+        if after.score > best.score + (other.margin if remedy else 0):
             remedy, best = other, after
     if remedy is None or not _is_clear(state, best, remedy.min_t):
         return state
@@ -478,7 +479,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
                 both = Convention(INVERTED, BOTH)
                 for remedy in _of_convention(state, files, both, "", {}):
                     yield replace(remedy, alike=alike)
-    yield from mirrors
+    yield from (replace(mirror, margin=CLEAR) for mirror in mirrors)
 
 
 def _is_in_same_frame(scored: Scored) -> bool:
