@@ -6,6 +6,7 @@ cheap test on the trajectories selects candidates; each is then scored like any 
 hint is given only if that raises the score clearly, and names the file, the option and both scores.
 """
 
+import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -401,10 +402,11 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     clock = find_clock(*(poses._replace(keys=poses.keys / span) for poses in (reference, estimate)))
     if clock is None or not clock.certain:
         return
-    shift, error = clock.seconds * span, clock.error * span
-    shifts = range(round(shift - 2 * error), round(shift + 2 * error) + 1)
-    if 0 in shifts:
+    shift = clock.seconds * span
+    low, high = shift - 2 * clock.error * span, shift + 2 * clock.error * span
+    if round(low) <= 0 <= round(high):
         return
+    shifts = range(math.floor(low), math.ceil(high) + 1)
     for frames in sorted(shifts, key=lambda frames: abs(frames - shift)):
         yield _Remedy(
             "clock",
