@@ -622,7 +622,8 @@ def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
         return any(_move_more_alike(errors[0], mirrored) for mirrored in errors[1:])
     if fits[1].misfit < fits[0].misfit / 3:
         return True
-    return _move_more_alike(fits[0].errors, fits[1].errors)
+    is_better = fits[1].misfit < fits[0].misfit
+    return is_better and _move_more_alike(fits[0].errors, fits[1].errors)
 
 
 def _move_more_alike(errors: Floats, others: Floats) -> bool:
