@@ -43,7 +43,8 @@ MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that 
 # it is smallest a quarter of a step from it.
 AVERAGING = 6 / 17
 MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in standard errors
-MAX_P = 1e-5  # of unrelated motions; one of 1000 wrong offsets is below it in 1 %
+# Standard errors: Student's t, which one of 1000 wrong offsets exceeds with a probability of 1 %.
+MIN_EVIDENCE = 5.6
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
 MAX_T = 4.0  # standard errors, which the offset of stamps that agree exceeds in 0.1 %
 MAX_ERROR = 0.05  # seconds, of an offset that is certain
@@ -57,7 +58,7 @@ class Clock:
 
     seconds: float
     error: float  # standard error in seconds
-    p: float  # with which unrelated motions agree so much better than elsewhere
+    evidence: float  # standard errors by which motions agree better than elsewhere
     runner_up: float  # another offset, in seconds; NaN if there is none
     rival: float  # strength of the runner-up, relative to the best
     motions: str  # "rotation rates" or "speeds"
@@ -65,7 +66,7 @@ class Clock:
     @property
     def certain(self) -> bool:
         """Whether the motions agree throughout, and at no other offset nearly as well."""
-        alone = self.rival <= MAX_RIVAL and self.p <= MAX_P
+        alone = self.rival <= MAX_RIVAL and self.evidence >= MIN_EVIDENCE
         return alone and self.error <= MAX_ERROR
 
     @property
@@ -116,7 +117,7 @@ def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> 
     return Clock(
         seconds=moved + seconds,
         error=error,
-        p=_p_of_unrelated(ref, motions, float(offsets[best]), elsewhere),
+        evidence=_evidence(ref, motions, float(offsets[best]), elsewhere),
         runner_up=moved + float(offsets[runner_up]) if rival > 0 else np.nan,
         rival=rival / float(strength[best]),
         motions="rotation rates" if rotations else "speeds",
@@ -273,30 +274,28 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
     return offsets, n * np.log(gain), _Elsewhere(disagreements, cap)
 
 
-def _p_of_unrelated(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
-    """Return the p-value of motions that agree better at an offset than elsewhere.
+def _evidence(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
+    """Return by how many standard errors motions agree better at an offset than elsewhere.
 
-    Each is compared with itself: outliers agree nowhere, and say nothing. Student's t comes from
-    the means over stretches of time, in which motions are alike, and which are no shorter than one.
+    Each is compared with itself: outliers agree nowhere, and say nothing. The standard error comes
+    from the means over stretches of time, in which motions are alike; those of stretches that are
+    shorter than a motion are alike, too.
     """
     (first, first_known), (second, second_known) = (
         ref.at(motions.starts + offset),
         ref.at(motions.ends + offset),
     )
     known = first_known & second_known
-    n = min(int((motions.ends[-1] - motions.starts[0]) / SPAN), BLOCKS)
-    if n < 2 or not known.any():
-        return 1.0
+    if not known.any():
+        return 0.0
     difference = ref.sizes(first, second) - motions.sizes
     if not ref.rotations:
         difference -= difference[known].mean()
     disagreements = np.minimum(np.abs(difference), elsewhere.cap)
     gain = np.where(known, elsewhere.disagreements - disagreements, 0)
-    means = np.array([part.mean() for part in np.array_split(gain, n)])
-    t, degrees = float(means.mean() / (means.std(ddof=1) / np.sqrt(n) + ROUNDING)), n - 1
-    # Wallace's normal approximation of Student's t; SciPy's doubles the time of the command.
-    z = (8 * degrees + 1) / (8 * degrees + 3) * math.sqrt(degrees * math.log1p(t**2 / degrees))
-    return math.erfc(math.copysign(z, t) / math.sqrt(2)) / 2
+    means = np.array([part.mean() for part in np.array_split(gain, BLOCKS)])
+    n = min((motions.ends[-1] - motions.starts[0]) / SPAN, BLOCKS)  # independent stretches
+    return float(means.mean() / (means.std(ddof=1) / np.sqrt(n) + ROUNDING))
 
 
 _Vectors = Callable[[Floats, Floats], Floats]  # of motions, from points (n, 4) or (n, 3) to others
