@@ -9,7 +9,7 @@ n log(D0 / D): a match on part of the motions does not beat one that is about as
 them.
 
 The strongest offset is refined by least squares, which compares rotations and displacements as
-vectors. It is certain if the motions agree with it in all stretches of time, no other offset is
+vectors. It is certain if unrelated motions would hardly ever agree so well, no other offset is
 nearly as strong, and its standard error is small.
 """
 
@@ -39,13 +39,13 @@ TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way loo
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = 3.0  # median disagreements
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
-# By which the variance of noise under `smoothed` falls from a stamp on, relative to it, in steps;
-# it is smallest a quarter of a step from it.
+# Slope of the variance of `smoothed` noise next to a stamp, relative to the variance at the stamp,
+# for each step between stamps. The minimum is a quarter of a step away.
 AVERAGING = 6 / 17
 MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in standard errors
-MAX_P = 1e-5  # of unrelated motions; one of 1000 wrong offsets is below it in 1 %
+MAX_P = 1e-5  # of a certain offset; one of 1000 wrong offsets is below it in 1 % of cases
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
-MAX_T = 4.0  # standard errors, which the offset of stamps that agree exceeds in 0.1 %
+MAX_T = 4.0  # standard errors; the offset of stamps that agree exceeds it in 0.1 % of cases
 MAX_ERROR = 0.05  # seconds, of an offset that is certain
 ROUNDING = 1e-12
 NEAR = 0.5  # share of the strength down to which neighbouring offsets belong to the best one
@@ -57,16 +57,15 @@ class Clock:
 
     seconds: float
     error: float  # standard error in seconds
-    p: float  # with which unrelated motions agree so much better than elsewhere
+    p: float  # probability that unrelated motions agree so much better here than elsewhere
     runner_up: float  # another offset, in seconds; NaN if there is none
     rival: float  # strength of the runner-up, relative to the best
     motions: str  # "rotation rates" or "speeds"
 
     @property
     def certain(self) -> bool:
-        """Whether the motions agree throughout, and at no other offset nearly as well."""
-        alone = self.rival <= MAX_RIVAL and self.p <= MAX_P
-        return alone and self.error <= MAX_ERROR
+        """Whether the motions agree here, at no other offset nearly as well, and precisely."""
+        return self.p <= MAX_P and self.rival <= MAX_RIVAL and self.error <= MAX_ERROR
 
     @property
     def agrees(self) -> bool:
@@ -274,10 +273,11 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
 
 
 def _p_of_unrelated(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
-    """Return the p-value of motions that agree better at an offset than elsewhere.
+    """Return the probability that unrelated motions agree so much better here than elsewhere.
 
-    Each is compared with itself: outliers agree nowhere, and say nothing. Student's t comes from
-    the means over stretches of time, in which motions are alike, and which are no shorter than one.
+    Each motion is compared with itself at all offsets: outliers agree nowhere, and say nothing.
+    Student's t is that of means over stretches of about SPAN or more, since neighbouring motions
+    overlap.
     """
     (first, first_known), (second, second_known) = (
         ref.at(motions.starts + offset),
@@ -294,7 +294,7 @@ def _p_of_unrelated(ref: _Path, motions: _Motions, offset: float, elsewhere: _El
     gain = np.where(known, elsewhere.disagreements - disagreements, 0)
     means = np.array([part.mean() for part in np.array_split(gain, n)])
     t, degrees = float(means.mean() / (means.std(ddof=1) / np.sqrt(n) + ROUNDING)), n - 1
-    # Wallace's normal approximation of Student's t; SciPy's doubles the time of the command.
+    # Wallace's normal approximation of Student's t; SciPy's would take 0.15 s to import.
     z = (8 * degrees + 1) / (8 * degrees + 3) * math.sqrt(degrees * math.log1p(t**2 / degrees))
     return math.erfc(math.copysign(z, t) / math.sqrt(2)) / 2
 
@@ -408,8 +408,8 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
 
     The standard error comes from a jackknife over stretches of time, since errors of neighbouring
     motions are alike; longer stretches have a larger one if those of stretches are, too. It allows
-    for noise of the reference, which is averaged less at its stamps, and may shift the offset to
-    either side. It is infinite where there is no minimum within a step.
+    for a shift to either side by noise of the reference, which is averaged less at its stamps. It
+    is infinite where there is no minimum within a step.
     """
     start = float(near[np.argmin([comparison.left(at) for at in near])])
     offset, h, moves = start, 0.1 * step, comparison.moves
