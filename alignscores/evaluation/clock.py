@@ -9,8 +9,8 @@ n log(D0 / D): a match on part of the motions does not beat one that is about as
 them.
 
 The strongest offset is refined by least squares, which compares rotations and displacements as
-vectors. It is certain if unrelated motions would hardly ever agree so well, no other offset is
-nearly as strong, and its standard error is small.
+vectors. It is certain if the motions agree far better there than elsewhere, by the standard error
+of stretches of time, no other offset is nearly as strong, and its own standard error is small.
 """
 
 import math
@@ -43,7 +43,8 @@ MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that 
 # for each step between stamps. The minimum is a quarter of a step away.
 AVERAGING = 6 / 17
 MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in standard errors
-MAX_P = 1e-5  # of a certain offset; one of 1000 wrong offsets is below it in 1 % of cases
+# Standard errors: Student's t, which one of 1000 wrong offsets exceeds with a probability of 1 %.
+MIN_EVIDENCE = 5.6
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
 MAX_T = 4.0  # standard errors; the offset of stamps that agree exceeds it in 0.1 % of cases
 MAX_ERROR = 0.05  # seconds, of an offset that is certain
@@ -57,7 +58,7 @@ class Clock:
 
     seconds: float
     error: float  # standard error in seconds
-    p: float  # probability that unrelated motions agree so much better here than elsewhere
+    evidence: float  # standard errors by which motions agree better here than elsewhere
     runner_up: float  # another offset, in seconds; NaN if there is none
     rival: float  # strength of the runner-up, relative to the best
     motions: str  # "rotation rates" or "speeds"
@@ -65,7 +66,8 @@ class Clock:
     @property
     def certain(self) -> bool:
         """Whether the motions agree here, at no other offset nearly as well, and precisely."""
-        return self.p <= MAX_P and self.rival <= MAX_RIVAL and self.error <= MAX_ERROR
+        alone = self.rival <= MAX_RIVAL and self.evidence >= MIN_EVIDENCE
+        return alone and self.error <= MAX_ERROR
 
     @property
     def agrees(self) -> bool:
@@ -115,7 +117,7 @@ def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> 
     return Clock(
         seconds=moved + seconds,
         error=error,
-        p=_p_of_unrelated(ref, motions, float(offsets[best]), elsewhere),
+        evidence=_evidence(ref, motions, float(offsets[best]), elsewhere),
         runner_up=moved + float(offsets[runner_up]) if rival > 0 else np.nan,
         rival=rival / float(strength[best]),
         motions="rotation rates" if rotations else "speeds",
@@ -272,31 +274,26 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
     return offsets, n * np.log(gain), _Elsewhere(disagreements, cap)
 
 
-def _p_of_unrelated(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
-    """Return the probability that unrelated motions agree so much better here than elsewhere.
+def _evidence(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
+    """Return by how many standard errors motions agree better at an offset than elsewhere.
 
     Each motion is compared with itself at all offsets: outliers agree nowhere, and say nothing.
-    Student's t is that of means over stretches of about SPAN or more, since neighbouring motions
-    overlap.
     """
     (first, first_known), (second, second_known) = (
         ref.at(motions.starts + offset),
         ref.at(motions.ends + offset),
     )
     known = first_known & second_known
-    n = min(int((motions.ends[-1] - motions.starts[0]) / SPAN), BLOCKS)
-    if n < 2 or not known.any():
-        return 1.0
+    if not known.any():
+        return 0.0
     difference = ref.sizes(first, second) - motions.sizes
     if not ref.rotations:
         difference -= difference[known].mean()
     disagreements = np.minimum(np.abs(difference), elsewhere.cap)
     gain = np.where(known, elsewhere.disagreements - disagreements, 0)
-    means = np.array([part.mean() for part in np.array_split(gain, n)])
-    t, degrees = float(means.mean() / (means.std(ddof=1) / np.sqrt(n) + ROUNDING)), n - 1
-    # Wallace's normal approximation of Student's t; SciPy's would take 0.15 s to import.
-    z = (8 * degrees + 1) / (8 * degrees + 3) * math.sqrt(degrees * math.log1p(t**2 / degrees))
-    return math.erfc(math.copysign(z, t) / math.sqrt(2)) / 2
+    means = np.array([part.mean() for part in np.array_split(gain, BLOCKS)])
+    error = _jackknife((means.sum() - means) / (BLOCKS - 1))
+    return float(means.mean() / (error + ROUNDING))
 
 
 _Vectors = Callable[[Floats, Floats], Floats]  # of motions, from points (n, 4) or (n, 3) to others
@@ -406,10 +403,9 @@ def _axes(first: Floats, second: Floats, sign: float) -> Floats:
 def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[float, float]:
     """Return the offset near others that minimises squared differences, and its standard error.
 
-    The standard error comes from a jackknife over stretches of time, since errors of neighbouring
-    motions are alike; longer stretches have a larger one if those of stretches are, too. It allows
-    for a shift to either side by noise of the reference, which is averaged less at its stamps. It
-    is infinite where there is no minimum within a step.
+    The standard error comes from a jackknife over stretches of time. It allows for a shift to
+    either side by noise of the reference, which is averaged less at its stamps. It is infinite
+    where there is no minimum within a step.
     """
     start = float(near[np.argmin([comparison.left(at) for at in near])])
     offset, h, moves = start, 0.1 * step, comparison.moves
@@ -433,7 +429,7 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
         change = float(np.clip(moments.sum() / squares.sum(), -step / 2, step / 2))
         offset -= change
         others = (moments.sum() - moments) / (squares.sum() - squares)
-        error = max(_jackknife(others, n) for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
+        error = _jackknife(others)
         noise = float((difference[rows] ** 2).sum() / squares.sum())
         half = comparison.ref.half
         by_averaging = min(AVERAGING / 2 * noise / (2 * half), half / 2)
@@ -445,10 +441,17 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
     return offset, max(error, abs(change))  # outliers that come and go leave the last change
 
 
-def _jackknife(others: Floats, n: int) -> float:
-    """Return the standard error by n equal groups of what is found without each stretch."""
+def _jackknife(others: Floats) -> float:
+    """Return the standard error of an estimate, by those without each of BLOCKS stretches.
+
+    Neighbouring motions are alike. Where neighbouring stretches are, too, longer ones have a larger
+    standard error, which counts.
+    """
     shares = (1 - 1 / len(others)) * (others - others.mean())
-    return float(np.sqrt(n / (n - 1) * (shares.reshape(n, -1).sum(axis=1) ** 2).sum()))
+    return max(
+        float(np.sqrt(n / (n - 1) * (shares.reshape(n, -1).sum(axis=1) ** 2).sum()))
+        for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4)
+    )
 
 
 class _Stretch(NamedTuple):
