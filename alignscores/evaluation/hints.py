@@ -6,6 +6,7 @@ cheap test on the trajectories selects candidates; each is then scored like any 
 hint is given only if that raises the score clearly, and names the file, the option and both scores.
 """
 
+import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -56,7 +57,7 @@ CLEAR = 0.1  # gain of a remedy
 SMALL, MIN_T = 0.01, 2.0  # or so small a one, of so many standard errors
 OUTLIER = 3.0  # median errors
 EQUAL = 0.02  # difference between remedies that are equally good
-SPAN_OF_FRAMES = 30  # over which motions are compared, or BLOCKS in a file
+SPAN_OF_FRAMES = 60  # over which motions are compared, or BLOCKS in a file
 BLOCKS = 20  # stretches of time, for standard errors
 MOTION_DEG = 30.0  # largest rotation from one frame to the next
 # Shares of larger rotations: in a reference, and in an estimate with outliers.
@@ -146,6 +147,7 @@ class _Remedy:
     estimate: Trajectory
     changes: dict[str, Any] = field(default_factory=dict)
     min_t: float = MIN_T  # 0 for what steps or motions show on their own
+    margin: float = EQUAL  # by which it must be better than a likelier one
     alike: str = ""  # names remedies that are as likely, whatever their scores
 
 
@@ -206,12 +208,12 @@ def rescue(
 def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     """Return the state with the best remedy and a hint on it, if that raises the score clearly.
 
-    The likeliest remedies come first; later ones must be better by EQUAL.
+    The likeliest remedies come first.
     """
     tried = [(remedy, after) for remedy in remedies if (after := state.after(remedy))]
     remedy, best = None, state
     for other, after in tried:
-        if after.score > best.score + (EQUAL if remedy else 0):
+        if after.score > best.score + (other.margin if remedy else 0):
             remedy, best = other, after
     if remedy is None or not _is_clear(state, best, remedy.min_t):
         return state
@@ -400,10 +402,11 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     clock = find_clock(*(poses._replace(keys=poses.keys / span) for poses in (reference, estimate)))
     if clock is None or not clock.certain:
         return
-    shift, error = clock.seconds * span, clock.error * span
-    shifts = range(round(shift - 2 * error), round(shift + 2 * error) + 1)
-    if 0 in shifts:
+    shift = clock.seconds * span
+    low, high = shift - 2 * clock.error * span, shift + 2 * clock.error * span
+    if round(low) <= 0 <= round(high):
         return
+    shifts = range(math.floor(low), math.ceil(high) + 1)
     for frames in sorted(shifts, key=lambda frames: abs(frames - shift)):
         yield _Remedy(
             "clock",
@@ -478,7 +481,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
                 both = Convention(INVERTED, BOTH)
                 for remedy in _of_convention(state, files, both, "", {}):
                     yield replace(remedy, alike=alike)
-    yield from mirrors
+    yield from (replace(mirror, margin=CLEAR) for mirror in mirrors)
 
 
 def _is_in_same_frame(scored: Scored) -> bool:
@@ -619,7 +622,8 @@ def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
         return any(_move_more_alike(errors[0], mirrored) for mirrored in errors[1:])
     if fits[1].misfit < fits[0].misfit / 3:
         return True
-    return _move_more_alike(fits[0].errors, fits[1].errors)
+    is_better = fits[1].misfit < fits[0].misfit
+    return is_better and _move_more_alike(fits[0].errors, fits[1].errors)
 
 
 def _move_more_alike(errors: Floats, others: Floats) -> bool:
