@@ -34,6 +34,7 @@ STEP, MAX_STEPS = 0.05, 50_000  # seconds between offsets, and the maximum in th
 N_MOTIONS, MIN_MOTIONS = 300, 20  # compared, evenly spread; fewer agree somewhere by chance
 N_REFINED = 1000  # motions compared at the strongest offset
 BLOCKS = 20  # stretches of time, for standard errors
+MIN_BLOCKS = 5  # of a short recording, so that each has about a motion
 TINY = 0.005  # seconds; a smaller offset is none
 TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way looks the same
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
@@ -43,7 +44,7 @@ MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that 
 # for each step between stamps. The minimum is a quarter of a step away.
 AVERAGING = 6 / 17
 MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in standard errors
-# Standard errors: Student's t, which one of 1000 wrong offsets exceeds with a probability of 1 %.
+# Standard errors: Student's t by BLOCKS, which one of 1000 wrong offsets exceeds in 1 % of cases.
 MIN_EVIDENCE = 5.6
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
 MAX_T = 4.0  # standard errors; the offset of stamps that agree exceeds it in 0.1 % of cases
@@ -277,7 +278,8 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
 def _evidence(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
     """Return by how many standard errors motions agree better at an offset than elsewhere.
 
-    Each motion is compared with itself at all offsets: outliers agree nowhere, and say nothing.
+    Each motion is compared with itself at all offsets: outliers agree nowhere, and say nothing. The
+    standard error is that of means over stretches of time, since neighbouring motions overlap.
     """
     (first, first_known), (second, second_known) = (
         ref.at(motions.starts + offset),
@@ -291,9 +293,9 @@ def _evidence(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewher
         difference -= difference[known].mean()
     disagreements = np.minimum(np.abs(difference), elsewhere.cap)
     gain = np.where(known, elsewhere.disagreements - disagreements, 0)
-    means = np.array([part.mean() for part in np.array_split(gain, BLOCKS)])
-    error = _jackknife((means.sum() - means) / (BLOCKS - 1))
-    return float(means.mean() / (error + ROUNDING))
+    n = int(np.clip((motions.ends[-1] - motions.starts[0]) / SPAN, MIN_BLOCKS, BLOCKS))
+    means = np.array([part.mean() for part in np.array_split(gain, n)])
+    return float(means.mean() / (means.std(ddof=1) / np.sqrt(n) + ROUNDING))
 
 
 _Vectors = Callable[[Floats, Floats], Floats]  # of motions, from points (n, 4) or (n, 3) to others
@@ -403,9 +405,10 @@ def _axes(first: Floats, second: Floats, sign: float) -> Floats:
 def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[float, float]:
     """Return the offset near others that minimises squared differences, and its standard error.
 
-    The standard error comes from a jackknife over stretches of time. It allows for a shift to
-    either side by noise of the reference, which is averaged less at its stamps. It is infinite
-    where there is no minimum within a step.
+    The standard error comes from a jackknife over stretches of time, since errors of neighbouring
+    motions are alike; longer stretches have a larger one if those of stretches are, too. It allows
+    for a shift to either side by noise of the reference, which is averaged less at its stamps. It
+    is infinite where there is no minimum within a step.
     """
     start = float(near[np.argmin([comparison.left(at) for at in near])])
     offset, h, moves = start, 0.1 * step, comparison.moves
@@ -429,7 +432,7 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
         change = float(np.clip(moments.sum() / squares.sum(), -step / 2, step / 2))
         offset -= change
         others = (moments.sum() - moments) / (squares.sum() - squares)
-        error = _jackknife(others)
+        error = max(_jackknife(others, n) for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
         noise = float((difference[rows] ** 2).sum() / squares.sum())
         half = comparison.ref.half
         by_averaging = min(AVERAGING / 2 * noise / (2 * half), half / 2)
@@ -441,17 +444,10 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
     return offset, max(error, abs(change))  # outliers that come and go leave the last change
 
 
-def _jackknife(others: Floats) -> float:
-    """Return the standard error of an estimate, by those without each of BLOCKS stretches.
-
-    Neighbouring motions are alike. Where neighbouring stretches are, too, longer ones have a larger
-    standard error, which counts.
-    """
+def _jackknife(others: Floats, n: int) -> float:
+    """Return the standard error by n equal groups of what is found without each stretch."""
     shares = (1 - 1 / len(others)) * (others - others.mean())
-    return max(
-        float(np.sqrt(n / (n - 1) * (shares.reshape(n, -1).sum(axis=1) ** 2).sum()))
-        for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4)
-    )
+    return float(np.sqrt(n / (n - 1) * (shares.reshape(n, -1).sum(axis=1) ** 2).sum()))
 
 
 class _Stretch(NamedTuple):
