@@ -222,7 +222,8 @@ def rotations_from_quaternions(quaternions: Floats) -> Floats:
 def quaternions_from_rotations(rotations: Floats) -> Floats:
     """Return the unit quaternions (n, 4) of rotations (n, 3, 3), w last.
 
-    They are the largest columns of 4 q qᵀ, which a rotation has in its sums and differences.
+    Sums and differences of the elements of a rotation are 4 q qᵀ; its largest column is divided by
+    its length.
     """
     products = np.empty((len(rotations), 4, 4))
     products[:, :3, :3] = rotations + rotations.swapaxes(1, 2)

@@ -2,9 +2,9 @@
 
 Random trajectories and estimates are written to files, without a mistake and with one. Only
 mistakes that cost at least 0.03 of the score count, since a hint must raise the score clearly. A
-mistake is named if there is one hint, which names the mistake, the file if it matters, and a score
-near the one without the mistake; its options must reach that score. A hint may list possibilities
-that fit equally well.
+mistake counts as named if the only hint states it, the file, and a score near that of the right
+files, which the options in the hint must reach. A hint may list possibilities that fit equally
+well.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 from threadpoolctl import threadpool_limits
 
-from alignscores import Evaluation, evaluate
+from alignscores import Evaluation, Trajectory, evaluate
 from alignscores.arrays import Floats
 from alignscores.evaluation.evaluation import Hint
 from alignscores.io import FAILURES, inverse_poses
@@ -33,25 +33,21 @@ __all__ = ["main"]
 MIN_COST = 0.03  # of a mistake
 NEAR = 0.05  # between the corrected score and that of the files without a mistake
 MIN_POSES = 20  # of an estimate
-MIN_SCORE = 0.2  # of files without a mistake; other estimates failed
+MIN_SCORE = 0.2  # of files without a mistake; estimates with a lower score are drawn again
 REF, EST = "reference.txt", "estimate.txt"
 OTHER_AXES = np.diag([1.0, -1, -1, 1]), np.eye(4)[[1, 2, 0, 3]], np.eye(4)[[2, 0, 1, 3]]
 
 
-class Path3D(NamedTuple):
-    """Stamps in seconds and camera-to-world poses (n, 4, 4)."""
-
-    stamps: Floats
-    poses: Floats
+RealPairs = Sequence[tuple[Trajectory, Trajectory]]
 
 
 @dataclass(frozen=True)
 class Written:
-    """What is written to a file, and how."""
+    """A trajectory, and how it is written to a file."""
 
-    path: Path3D
-    table: bool  # TUM's, otherwise KITTI's
-    seconds: float = 1.0  # units of its stamps in a second
+    path: Trajectory
+    table: bool  # in TUM's format, otherwise in KITTI's
+    per_second: float = 1.0  # units of its stamps in a second
     w_first: bool = False
     positions_only: bool = False
 
@@ -62,7 +58,7 @@ class Written:
             np.savetxt(file, poses[:, :3].reshape(-1, 12), fmt="%.16g")
             return
         quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat(scalar_first=self.w_first)
-        columns = [stamps * self.seconds, poses[:, :3, 3], quaternions]
+        columns = [stamps * self.per_second, poses[:, :3, 3], quaternions]
         np.savetxt(file, np.column_stack(columns[: 2 if self.positions_only else 3]), fmt="%.16g")
 
 
@@ -77,7 +73,7 @@ class Pair:
     files: tuple[str, ...] = ()
 
 
-def make_path(rng: np.random.Generator, kind: str, seconds: float, rate: float) -> Path3D:
+def make_path(rng: np.random.Generator, kind: str, seconds: float, rate: float) -> Trajectory:
     """Return the random path of a hand-held camera, a drone, a car, or around an object."""
     stamps = np.arange(int(seconds * rate)) / rate
     if kind == "car":
@@ -85,13 +81,13 @@ def make_path(rng: np.random.Generator, kind: str, seconds: float, rate: float) 
         heading = np.cumsum(_smooth(rng, fine, 3.0, 0.15)[:, 0]) * 0.02 * rng.uniform(0.5, 2)
         speed = np.maximum(8 + 5 * _smooth(rng, fine, 5.0, 1.0)[:, 0], 0)
         slope = 0.03 * _smooth(rng, fine, 4.0, 1.0)[:, 0]
-        way = speed[:, None] * np.stack([np.cos(heading), np.sin(heading), slope], axis=1)
-        positions = CubicSpline(fine, np.cumsum(way, axis=0) * 0.02)(stamps)
+        velocity = speed[:, None] * np.stack([np.cos(heading), np.sin(heading), slope], axis=1)
+        positions = CubicSpline(fine, np.cumsum(velocity, axis=0) * 0.02)(stamps)
         shaking = np.radians(0.5) * _smooth(rng, stamps, 0.3, 1.0)
         turns = np.interp(stamps, fine, heading), -np.interp(stamps, fine, slope)
         body = Rotation.from_euler("ZY", np.stack(turns, axis=1)) * Rotation.from_rotvec(shaking)
-        looks = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
-        return Path3D(stamps, _poses(body * looks, positions))
+        camera_axes = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+        return Trajectory(stamps, _poses(body * camera_axes, positions))
     if kind == "around an object":
         angle = rng.uniform(0.3, 1.5) * 2 * np.pi * stamps / seconds
         radius = 2 + 0.3 * _smooth(rng, stamps, 5.0, 1.0)[:, 0]
@@ -102,19 +98,21 @@ def make_path(rng: np.random.Generator, kind: str, seconds: float, rate: float) 
         right /= np.linalg.norm(right, axis=1, keepdims=True)
         axes = np.stack([right, np.cross(ahead, right), ahead], axis=-1)
         shaking = Rotation.from_rotvec(np.radians(2) * _smooth(rng, stamps, 0.7, 1.0))
-        return Path3D(stamps, _poses(Rotation.from_matrix(axes) * shaking, positions))
+        return Trajectory(stamps, _poses(Rotation.from_matrix(axes) * shaking, positions))
     step, tilt, knots = (0.3, 0.35, 1.0) if kind == "hand" else (2.0, 0.1, 2.0)
     times = np.arange(-2, seconds + 3 * knots, knots)
     positions = np.cumsum(step * rng.normal(size=(len(times), 3)) * [1, 1, 0.4], axis=0)
     yaw = np.cumsum(0.4 * rng.normal(size=len(times)))
     tilts = Rotation.from_rotvec(tilt * rng.normal(size=(len(times), 3)) * [1, 1, 0.1])
     rotations = RotationSpline(times, Rotation.from_euler("z", yaw[:, None]) * tilts)
-    looks = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
-    return Path3D(stamps, _poses(rotations(stamps) * looks, CubicSpline(times, positions)(stamps)))
+    camera_axes = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+    return Trajectory(
+        stamps, _poses(rotations(stamps) * camera_axes, CubicSpline(times, positions)(stamps))
+    )
 
 
 def _smooth(rng: np.random.Generator, stamps: Floats, knots: float, sigma: float) -> Floats:
-    """Return smooth random curves (n, 3) through knots of that distance."""
+    """Return smooth random curves (n, 3) through knots so many seconds apart."""
     times = np.arange(stamps[0] - 2 * knots, stamps[-1] + 3 * knots, knots)
     return np.asarray(CubicSpline(times, sigma * rng.normal(size=(len(times), 3)))(stamps))
 
@@ -125,10 +123,10 @@ def _poses(rotations: Rotation, positions: Floats) -> Floats:
     return poses
 
 
-def estimate_of(rng: np.random.Generator, truth: Path3D, stamps: Floats) -> Path3D:
-    """Return an estimate with integrated drift or smooth errors, noise and outliers."""
-    rotations = Slerp(truth.stamps, Rotation.from_matrix(truth.poses[:, :3, :3]))(stamps)
-    positions = CubicSpline(truth.stamps, truth.poses[:, :3, 3])(stamps)
+def estimate_of(rng: np.random.Generator, truth: Trajectory, stamps: Floats) -> Trajectory:
+    """Return an estimate with accumulated or smooth errors, noise and outliers."""
+    rotations = Slerp(truth.keys, Rotation.from_matrix(truth.poses[:, :3, :3]))(stamps)
+    positions = CubicSpline(truth.keys, truth.poses[:, :3, 3])(stamps)
     n, step = len(stamps), _step(positions)
     poses = _poses(rotations, positions)
     if rng.random() < 0.6:  # the errors of motions add up
@@ -150,7 +148,7 @@ def estimate_of(rng: np.random.Generator, truth: Path3D, stamps: Floats) -> Path
     outliers = rng.random(n) < rng.choice([0.0, 0.0, 0.05, 0.3])
     poses[outliers, :3, 3] += 20 * step * rng.normal(size=(outliers.sum(), 3))
     poses[outliers, :3, :3] = Rotation.random(outliers.sum(), random_state=rng).as_matrix()
-    return Path3D(stamps, poses)
+    return Trajectory(stamps, poses)
 
 
 def _step(positions: Floats) -> float:
@@ -158,7 +156,7 @@ def _step(positions: Floats) -> float:
 
 
 def estimated_stamps(rng: np.random.Generator, stamps: Floats) -> Floats:
-    """Return some stamps: at a lower rate or keyframes, without the ends, with a gap."""
+    """Return the stamps of an estimate: fewer, without the ends, sometimes with a gap."""
     if rng.random() < 0.3:
         stamps = stamps[rng.random(len(stamps)) < rng.uniform(0.1, 0.5)]
     else:
@@ -171,37 +169,37 @@ def estimated_stamps(rng: np.random.Generator, stamps: Floats) -> Floats:
     return stamps
 
 
-def in_frame(rng: np.random.Generator, estimate: Path3D, *, metric: bool) -> Path3D:
-    """Return an estimate in one of the coordinate frames that systems use."""
+def in_frame(rng: np.random.Generator, estimate: Trajectory, *, metric: bool) -> Trajectory:
+    """Return an estimate in a coordinate frame such as systems use."""
     poses = estimate.poses.copy()
     match rng.choice(["the same", "of the first pose", "yaw", "any"]):
         case "of the first pose":
             poses = inverse_poses(poses[:1]) @ poses
         case "yaw":
-            turn = Rotation.from_euler("z", rng.uniform(0, 2 * np.pi, 1))
-            poses = _poses(turn, 5 * rng.normal(size=(1, 3))) @ poses
+            rotation = Rotation.from_euler("z", rng.uniform(0, 2 * np.pi, 1))
+            poses = _poses(rotation, 5 * rng.normal(size=(1, 3))) @ poses
         case "any":
-            turn = Rotation.random(1, random_state=rng)
-            poses = _poses(turn, 5 * rng.normal(size=(1, 3))) @ poses
+            rotation = Rotation.random(1, random_state=rng)
+            poses = _poses(rotation, 5 * rng.normal(size=(1, 3))) @ poses
             poses[:, :3, 3] *= 1.0 if metric else np.exp(rng.normal())
     return estimate._replace(poses=poses)
 
 
-def draw(rng: np.random.Generator, real: Sequence[tuple[Path3D, Path3D]], *, metric: bool) -> Pair:
-    """Return files without a mistake, random ones or a random part of real ones."""
+def draw(rng: np.random.Generator, real: RealPairs, *, metric: bool) -> Pair:
+    """Return files without a mistake: random ones, or a random part of real ones."""
     if real and rng.random() < 0.3:
         truth, estimate = real[int(rng.integers(len(real)))]
-        start = rng.uniform(0, 0.6) * np.ptp(truth.stamps) + truth.stamps[0]
-        end = start + rng.uniform(0.25, 0.4) * np.ptp(truth.stamps)
+        start = rng.uniform(0, 0.6) * np.ptp(truth.keys) + truth.keys[0]
+        end = start + rng.uniform(0.25, 0.4) * np.ptp(truth.keys)
         truth, estimate = (_between(path, start, end) for path in (truth, estimate))
         return Pair(Written(truth, True), Written(estimate, True))
     kind = rng.choice(["hand", "drone", "car", "around an object"])
     rate = float(rng.choice([10, 20, 30, 100]))
     truth = make_path(rng, kind, rng.uniform(20, 90), rate)
-    stamps, table = truth.stamps, rng.random() < 0.75  # otherwise by row, in KITTI's format
+    stamps, table = truth.keys, rng.random() < 0.75  # otherwise by row, in KITTI's format
     while table:
         other_rate = rng.choice([5.0, 10, 20, 30])
-        stamps = np.arange(truth.stamps[0], truth.stamps[-1], 1 / other_rate)[1:-1]
+        stamps = np.arange(truth.keys[0], truth.keys[-1], 1 / other_rate)[1:-1]
         stamps = estimated_stamps(rng, stamps + rng.uniform(0, 0.01))
         if len(stamps) >= MIN_POSES:
             break
@@ -209,14 +207,14 @@ def draw(rng: np.random.Generator, real: Sequence[tuple[Path3D, Path3D]], *, met
     return Pair(Written(truth, bool(table)), Written(estimate, bool(table)))
 
 
-def _between(path: Path3D, start: float, end: float) -> Path3D:
+def _between(path: Trajectory, start: float, end: float) -> Trajectory:
     """Return a part of a path, with its stamps since the start."""
-    rows = (path.stamps >= start) & (path.stamps <= end)
-    return Path3D(path.stamps[rows] - start, path.poses[rows])
+    rows = (path.keys >= start) & (path.keys <= end)
+    return Trajectory(path.keys[rows] - start, path.poses[rows])
 
 
 def with_mistake(rng: np.random.Generator, pair: Pair, name: str) -> tuple[Pair, Pair]:
-    """Return the pair as it is scored without a mistake, and with it in one file or both."""
+    """Return the pair without a mistake, and with it in one file or both."""
     if not name:
         return pair, pair
     mistake = MISTAKES[name]
@@ -240,7 +238,7 @@ def _with(written: Written, poses: Floats) -> Written:
 
 def _late(written: Written, rng: np.random.Generator) -> Written:
     offset = rng.choice([-1, 1]) * 10 ** rng.uniform(-1.3, rng.choice([1.0, 8.0]))
-    return replace(written, path=written.path._replace(stamps=written.path.stamps + offset))
+    return replace(written, path=written.path._replace(keys=written.path.keys + offset))
 
 
 def _of_later_rows(written: Written, rng: np.random.Generator) -> Written:
@@ -250,7 +248,7 @@ def _of_later_rows(written: Written, rng: np.random.Generator) -> Written:
 
 
 def _in_other_units(written: Written, rng: np.random.Generator) -> Written:
-    return replace(written, seconds=float(rng.choice([1e3, 1e6])))
+    return replace(written, per_second=float(rng.choice([1e3, 1e6])))
 
 
 def _in_other_lengths(written: Written, rng: np.random.Generator) -> Written:
@@ -284,8 +282,8 @@ def _other_axes(written: Written, rng: np.random.Generator) -> Written:
 def _mounted(written: Written, rng: np.random.Generator) -> Written:
     direction = rng.normal(size=3)
     angle = np.radians(rng.uniform(20, 90))
-    turn = Rotation.from_rotvec([angle * direction / np.linalg.norm(direction)])
-    return _with(written, written.path.poses @ _poses(turn, np.zeros((1, 3))))
+    rotation = Rotation.from_rotvec([angle * direction / np.linalg.norm(direction)])
+    return _with(written, written.path.poses @ _poses(rotation, np.zeros((1, 3))))
 
 
 def _left_handed(written: Written, rng: np.random.Generator) -> Written:
@@ -304,12 +302,12 @@ def _motions(written: Written, _: np.random.Generator) -> Written:
 
 
 class Mistake(NamedTuple):
-    """How a mistake is made, the text of its hint, in which files and formats it occurs."""
+    """A mistake in one file or both, and its hint."""
 
     make: Callable[[Written, np.random.Generator], Written]
-    pattern: str
-    files: tuple[tuple[str, ...], ...]
-    tables: tuple[bool, ...] = (True, False)
+    pattern: str  # of the hint
+    files: tuple[tuple[str, ...], ...]  # which may have it, at the same time
+    tables: tuple[bool, ...] = (True, False)  # whether a format is TUM's
 
 
 ONE, EITHER, ANY = ((EST,),), ((REF,), (EST,)), ((REF,), (EST,), (REF, EST))
@@ -330,7 +328,7 @@ MISTAKES = {
     "axes swapped": Mistake(_swapped, "mirror images", ((REF,),)),
     "motions": Mistake(_motions, "the rows of {file} seem to be motions", EITHER),
 }
-KINDS = (  # of hints on mistakes
+KINDS = (  # kinds of hints on mistakes
     *("clock", "units", "inverted", "inverted rotations", "quaternions", "frame", "mirrored"),
     "increments",
 )
@@ -348,7 +346,7 @@ class Judged(NamedTuple):
     hints: str
 
 
-def judge(number: int, seed: int, mistake: str, real: Sequence[tuple[Path3D, Path3D]]) -> Judged:
+def judge(number: int, seed: int, mistake: str, real: RealPairs) -> Judged:
     """Draw a pair that can have the mistake, score it, and judge its hints."""
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
     tables = MISTAKES[mistake].tables if mistake else (True, False)
@@ -392,7 +390,7 @@ def score_of(result: Evaluation) -> float:
 
 
 def is_right(pair: Pair, right: float, result: Scored, folder: Path) -> bool:
-    """Return whether the only hint has a possibility that names the mistake and corrects it."""
+    """Return whether there is one hint, with a possibility that names and corrects the mistake."""
     if not pair.mistake or len(result.hints) > 1:
         return False
     file = f"both {REF} and {EST}" if len(pair.files) == 2 else re.escape(pair.files[0])
@@ -405,7 +403,7 @@ def is_right(pair: Pair, right: float, result: Scored, folder: Path) -> bool:
 
 
 def follows(pair: Pair, possibility: str, corrected: float, folder: Path) -> bool:
-    """Return whether options reach the corrected score; advice to change files is not tested."""
+    """Return whether options reach the corrected score; True for advice to change files."""
     advice = possibility.split("corrected); ")[-1].split("; ")[0]
     options = re.findall(r"--([a-z_]+)(?: '([^']*)'| (auto|interpolate|similarity))?", advice)
     if not options or advice.startswith(("write", "leave out")) or ", then" in advice:
@@ -419,7 +417,7 @@ def follows(pair: Pair, possibility: str, corrected: float, folder: Path) -> boo
 
 
 def counts(judged: pd.DataFrame) -> pd.DataFrame:
-    """Return the numbers of pairs, of costly mistakes, and of those by the verdict on the hints."""
+    """Return the numbers of pairs, of costly mistakes and of verdicts, for each mistake."""
     costly = judged.right - judged.score >= MIN_COST
     columns = {
         "pairs": judged.right > 0,
@@ -431,23 +429,25 @@ def counts(judged: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(columns).groupby(judged.mistake.replace("", "none"), sort=False).sum()
 
 
-def read_real(reference: str, estimate: str) -> tuple[Path3D, Path3D]:
+def read_real(reference: str, estimate: str) -> tuple[Trajectory, Trajectory]:
     """Read a real pair; frames are 0.1 s apart."""
     result = evaluate(reference, estimate)
     paths = []
     for keys, poses in (result.reference, result.estimate):
-        paths.append(Path3D(keys / 10 if keys.dtype.kind == "i" else keys, poses))
+        paths.append(Trajectory(keys / 10 if keys.dtype.kind == "i" else keys, poses))
     return paths[0], paths[1]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print counts for each mistake, and for pairs without one."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.hints", description=__doc__)
-    parser.add_argument("--pairs", type=int, default=200, help="with a mistake, and without (200)")
-    parser.add_argument("--seed", type=int, default=0, help="of the random pairs (0)")
+    parser.add_argument(
+        "--pairs", type=int, default=200, help="with a mistake, and as many without (200)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="seed of the random pairs (0)")
     parser.add_argument("--n_jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--mistakes", nargs="*", default=[*MISTAKES], choices=MISTAKES, metavar="M")
-    real = "files of a right pair, of which random parts are taken, too"
+    real = "a real pair without a mistake; random parts of it are drawn, too"
     parser.add_argument("--real", nargs=2, action="append", default=[], help=real)
     parser.add_argument("--output", type=Path, help="CSV file with the hints on each pair")
     options = parser.parse_args(arguments)

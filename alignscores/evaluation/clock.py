@@ -9,8 +9,8 @@ n log(D0 / D): a match on part of the motions does not beat one that is about as
 them.
 
 The strongest offset is refined by least squares, which compares rotations and displacements as
-vectors. It is certain if the motions agree with it in all stretches of time, no other offset is
-nearly as strong, and its standard error is small.
+vectors. It is certain if the motions agree far better there than elsewhere, by the standard error
+of stretches of time, no other offset is nearly as strong, and its own standard error is small.
 """
 
 import math
@@ -34,19 +34,20 @@ STEP, MAX_STEPS = 0.05, 50_000  # seconds between offsets, and the maximum in th
 N_MOTIONS, MIN_MOTIONS = 300, 20  # compared, evenly spread; fewer agree somewhere by chance
 N_REFINED = 1000  # motions compared at the strongest offset
 BLOCKS = 20  # stretches of time, for standard errors
+MIN_BLOCKS = 5  # of a short recording, so that each has about a motion
 TINY = 0.005  # seconds; a smaller offset is none
 TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way looks the same
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = 3.0  # median disagreements
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
-# By which the variance of noise under `smoothed` falls from a stamp on, relative to it, in steps;
-# it is smallest a quarter of a step from it.
+# Slope of the variance of `smoothed` noise next to a stamp, relative to the variance at the stamp,
+# for each step between stamps. The minimum is a quarter of a step away.
 AVERAGING = 6 / 17
 MAX_ITERATIONS, CONVERGED = 10, 0.1  # of least squares; its last change in standard errors
-# Standard errors: Student's t, which one of 1000 wrong offsets exceeds with a probability of 1 %.
+# Standard errors: Student's t by BLOCKS, which one of 1000 wrong offsets exceeds in 1 % of cases.
 MIN_EVIDENCE = 5.6
 MAX_RIVAL = 0.6  # strength of the runner-up, relative to the best
-MAX_T = 4.0  # standard errors, which the offset of stamps that agree exceeds in 0.1 %
+MAX_T = 4.0  # standard errors; the offset of stamps that agree exceeds it in 0.1 % of cases
 MAX_ERROR = 0.05  # seconds, of an offset that is certain
 ROUNDING = 1e-12
 NEAR = 0.5  # share of the strength down to which neighbouring offsets belong to the best one
@@ -58,14 +59,14 @@ class Clock:
 
     seconds: float
     error: float  # standard error in seconds
-    evidence: float  # standard errors by which motions agree better than elsewhere
+    evidence: float  # standard errors by which motions agree better here than elsewhere
     runner_up: float  # another offset, in seconds; NaN if there is none
     rival: float  # strength of the runner-up, relative to the best
     motions: str  # "rotation rates" or "speeds"
 
     @property
     def certain(self) -> bool:
-        """Whether the motions agree throughout, and at no other offset nearly as well."""
+        """Whether the motions agree here, at no other offset nearly as well, and precisely."""
         alone = self.rival <= MAX_RIVAL and self.evidence >= MIN_EVIDENCE
         return alone and self.error <= MAX_ERROR
 
@@ -277,9 +278,8 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
 def _evidence(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewhere) -> float:
     """Return by how many standard errors motions agree better at an offset than elsewhere.
 
-    Each is compared with itself: outliers agree nowhere, and say nothing. The standard error comes
-    from the means over stretches of time, in which motions are alike; those of stretches that are
-    shorter than a motion are alike, too.
+    Each motion is compared with itself at all offsets: outliers agree nowhere, and say nothing. The
+    standard error is that of means over stretches of time, since neighbouring motions overlap.
     """
     (first, first_known), (second, second_known) = (
         ref.at(motions.starts + offset),
@@ -293,8 +293,8 @@ def _evidence(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewher
         difference -= difference[known].mean()
     disagreements = np.minimum(np.abs(difference), elsewhere.cap)
     gain = np.where(known, elsewhere.disagreements - disagreements, 0)
-    means = np.array([part.mean() for part in np.array_split(gain, BLOCKS)])
-    n = min((motions.ends[-1] - motions.starts[0]) / SPAN, BLOCKS)  # independent stretches
+    n = int(np.clip((motions.ends[-1] - motions.starts[0]) / SPAN, MIN_BLOCKS, BLOCKS))
+    means = np.array([part.mean() for part in np.array_split(gain, n)])
     return float(means.mean() / (means.std(ddof=1) / np.sqrt(n) + ROUNDING))
 
 
@@ -407,8 +407,8 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
 
     The standard error comes from a jackknife over stretches of time, since errors of neighbouring
     motions are alike; longer stretches have a larger one if those of stretches are, too. It allows
-    for noise of the reference, which is averaged less at its stamps, and may shift the offset to
-    either side. It is infinite where there is no minimum within a step.
+    for a shift to either side by noise of the reference, which is averaged less at its stamps. It
+    is infinite where there is no minimum within a step.
     """
     start = float(near[np.argmin([comparison.left(at) for at in near])])
     offset, h, moves = start, 0.1 * step, comparison.moves

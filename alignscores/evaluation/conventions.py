@@ -99,10 +99,10 @@ def find_conventions(
 
     They are reported if they raise the RAS by 0.1, or where rotations and positions do not have the
     same alignment by 0.3 or half of what is missing to 1: noise, lost cameras or drift fit under
-    none so much better. Two mistakes, or one and another camera frame, must explain 0.1 more than
-    one. Where both are inverted, their rotations may agree; then their positions show it. Those
-    that fit equally well are all reported, the likeliest first. `inverted` are the files whose
-    poses were inverted when they were read.
+    none so much better. The optimism of a fitted camera frame does not count. Two mistakes, or one
+    and another camera frame, must explain 0.1 more than one. Where both are inverted, their
+    rotations may agree; then their positions show it. Those that fit equally well are all reported,
+    the likeliest first. `inverted` are the files whose poses were inverted when they were read.
     """
     rows = moving_cameras(gt_poses, est_poses)
     if len(rows) < MIN_CAMERAS:
@@ -150,9 +150,9 @@ def find_conventions(
 
 
 def moving_cameras(gt_poses: Floats, est_poses: Floats) -> Indices:
-    """Return some rows with an estimate, evenly spread; without those at which a camera rests.
+    """Return at most SAMPLE rows with an estimate, evenly spread over the motion of the reference.
 
-    At rest all poses are alike, and agree under any alignment.
+    While a camera rests, its poses are alike and fit under any alignment.
     """
     rows = np.flatnonzero(finite_rows(est_poses))
     poses = gt_poses[rows]
@@ -185,7 +185,7 @@ class _Candidate(NamedTuple):
     apart_deg: float  # between the alignments of rotations and positions; nan if these have none
     pair: _Pair
     body: Floats
-    optimism: float  # of the RAS, where B was fitted to the same cameras
+    optimism: float  # part of the RAS that is owed to a B fitted to the same cameras
 
     @property
     def has_same_axes(self) -> bool:

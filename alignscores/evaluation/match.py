@@ -93,8 +93,8 @@ def match(
     The expected frames depend only on the reference and the settings. By time stamps each pose
     covers half of ``max_gap`` before and after its own time, and more while the reference stands
     still between two poses: it stays within d and 10 degrees of one of them. A covered frame takes
-    the nearest pose, with the reference at the pose's own time; the other frames are lost. A pose
-    without any finite number is none.
+    the nearest pose, with the reference at the pose's own time; the other frames are lost. A row
+    without any finite number is no pose.
 
     `groups` are labels of the reference's rows, the same for cameras of one rig frame; without them
     the names of images have them.
@@ -155,7 +155,7 @@ def check_scorable(
             reason = f"{n} of the reference's {what} {verb} expected; at least 4 are needed"
             if matches.timed:
                 reason += f" (it lasts {np.ptp(reference.keys):.3g} s)"
-        elif far := _far_pose(reference):
+        elif far := _far_pose(reference, matches.expected_rows):
             reason, remedy = f"{far} is far away from the others", f"leave it out, or {remedy}"
         else:
             reason = f"at least three quarters of the reference {what} coincide with another one"
@@ -164,9 +164,12 @@ def check_scorable(
         raise ValueError(f"d cannot be derived: {reason}; {remedy}")
 
 
-def _far_pose(reference: Trajectory) -> str:
-    """Return the farthest pose if d of the others is negligible against its distance."""
-    rows = np.flatnonzero(finite_rows(reference.positions))
+def _far_pose(reference: Trajectory, rows: Indices) -> str:
+    """Return the farthest pose in words if it is too far away for d, or an empty string.
+
+    Against its distance d of the nearest three quarters is negligible.
+    """
+    rows = rows[finite_rows(reference.positions[rows])]
     positions = reference.positions[rows]
     distances = np.linalg.norm(positions - np.median(positions, axis=0), axis=1)
     order = np.argsort(distances)
@@ -350,7 +353,7 @@ def _is_nearest(ref_stamps: Floats, stamps: Floats) -> Booleans:
 
 
 def _present(poses: Floats) -> Booleans:
-    """Return which poses have any finite number, without which one is none; all if none has."""
+    """Return which poses have any finite number; all poses if none has."""
     present = np.asarray(np.isfinite(poses[:, :3]).any(axis=(1, 2)))
     return present if present.any() else ~present
 

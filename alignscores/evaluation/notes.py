@@ -175,7 +175,7 @@ def _frames(evaluation: Evaluation) -> str:
 
 
 def ignored(evaluation: Evaluation) -> Note | None:
-    """Note many lost frames that --missing ignore leaves out."""
+    """Note a notable share of lost frames that --missing ignore leaves out."""
     if evaluation.lost <= NOTABLE_SHARE or evaluation.settings.missing != "ignore":
         return None
     what = "time is" if evaluation.matches.timed else f"{_frames(evaluation)} are"

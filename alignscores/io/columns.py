@@ -17,7 +17,8 @@ x, y, z or w, or ends in one, makes it a coordinate.
 
 One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
 header with two positions, rotations or clocks is refused with the choices; so is one whose
-positions have other words, as in ``vicon_x`` and ``slam_x``.
+positions have other words, as in ``vicon_x`` and ``slam_x``. One that repeats only some of the
+coordinates, as in ``x y tx ty tz``, is refused, too.
 
 A unit among the words, as in ``x [mm]``, or in a line below the names, is one of `UNITS`.
 """
@@ -209,7 +210,7 @@ def _unambiguous(
 ) -> list[str]:
     """Return the columns of one position, rotation and clock; refuse several with the choices."""
     owners = [_owner(word, anyone) for word in words]
-    _check_numbers(owners, names, table)
+    _check_counts(owners, names, table)
     poses, clocks = _poses(owners, names), _clocks(words, names)
     if not poses:
         reason = "its header names x, y and z, but not of the same position"
@@ -230,18 +231,18 @@ def _unambiguous(
     raise FileError(table.path, reason)
 
 
-def _check_numbers(owners: Sequence[str], names: Sequence[str], table: Table) -> None:
-    """Refuse a position or rotation with several columns for only some of its coordinates.
+def _check_counts(owners: Sequence[str], names: Sequence[str], table: Table) -> None:
+    """Raise an error where only some coordinates of a position or rotation are repeated.
 
-    In x, y, tx, ty, tz they could be mixed.
+    Nothing tells which of x, y, tx, ty, tz belong together.
     """
     n_columns = Counter(zip(names, owners, strict=True))
     for part, owner in product((POSITION, QUATERNION, VECTOR, ROTATION), {*owners}):
         ordered = sorted((n_columns[name, owner], name) for name in part)
-        (fewest, rare), (most, frequent) = ordered[0], ordered[-1]
-        if 0 < fewest < most:
-            reason = f"its header names {most} columns {frequent}, but {fewest} {rare}; {NAME_THEM}"
-            raise FileError(table.path, reason)
+        (n_min, rare), (n_max, frequent) = ordered[0], ordered[-1]
+        if 0 < n_min < n_max:
+            reason = f"its header names {n_max} columns {frequent}, but only {n_min} {rare}"
+            raise FileError(table.path, f"{reason}; {NAME_THEM}")
 
 
 def _poses(owners: Sequence[str], names: Sequence[str]) -> list[list[int]]:
@@ -325,7 +326,7 @@ def _refuse_block(table: Table) -> None:
 
 
 def _refuse_two_poses(names: Sequence[str], table: Table) -> None:
-    """Raise an error where all columns come twice, as where two trajectories are associated."""
+    """Raise an error for rows of two poses, as TUM's associate.py writes them."""
     n, second = len(names), table.first[len(names) :]
     if len(second) == n and "qw" in names and _deviation(names, second) <= MAX_DEVIATION:
         first = " ".join(names)
@@ -393,10 +394,11 @@ def _complete(names: Sequence[str]) -> list[str]:
 
 
 def _deviation(names: Sequence[str], fields: Sequence[str]) -> float:
-    """Return how far a row is from a rotation where there should be one; nan if it has nan."""
+    """Return how far a row is from a rotation where there should be one; nan if it is lost."""
     row = dict(zip(names, fields, strict=False))
     columns, shape = (QUATERNION, (1, 4)) if "qw" in row else (ROTATION, (3, 3))
     with suppress(ValueError), np.errstate(all="ignore"):
         part = np.reshape([to_number(row[name]) for name in columns], shape)
-        return float(np.abs(part @ part.T - np.eye(len(part))).max())
+        is_lost = not np.isfinite(part).all()
+        return np.nan if is_lost else float(np.abs(part @ part.T - np.eye(len(part))).max())
     return np.inf

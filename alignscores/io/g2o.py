@@ -49,10 +49,10 @@ def read_g2o(path: FilePath) -> Trajectory:
             continue
         try:
             _, *pose = map(to_number, fields)
-            identity = int(fields[0])
-            if len(pose) != 7 or abs(identity) > MAX_ID:
+            vertex = int(fields[0])
+            if len(pose) != 7 or abs(vertex) > MAX_ID:
                 raise ValueError
-            numbers.append(identity)
+            numbers.append(vertex)
         except ValueError:
             reason = f"must hold '{VERTEX} id x y z qx qy qz qw'"
             raise FileError(path, reason, place=f"line {number}") from None
@@ -68,4 +68,5 @@ def read_g2o(path: FilePath) -> Trajectory:
 
 def is_g2o(text: str) -> bool:
     """Return whether a file that begins with this text is a pose graph."""
+    # Possessive: backtracking into a million blanks would take 150 MB.
     return bool(re.match(r"(?:\s|#.*\n)*+(VERTEX_|EDGE_|FIX |PARAMS_)", text))

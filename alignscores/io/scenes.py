@@ -219,7 +219,7 @@ def _content(path: FilePath) -> Any:
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object of JSON; raise a ValueError where a name comes twice."""
+    """Return an object of JSON; raise a ValueError if it has a name twice."""
     content = dict(pairs)
     if len(content) < len(pairs):
         name = next(name for name, n in Counter(name for name, _ in pairs).items() if n > 1)

@@ -20,7 +20,7 @@ __all__ = ["COMMENTS", "Table", "open_table"]
 
 COMMENTS = ("#", "%", "//")
 MISSING = {"", "na", "n/a", "none", "null"}
-MICROSOFT = re.compile(r"([+-]?)1\.#(IND|QNAN|SNAN|INF)\d*|[+-]?nan\((ind|snan)\)", re.IGNORECASE)
+MICROSOFT = re.compile(r"[+-]?(1\.#(IND|QNAN|SNAN|INF)\d*|nan\((ind|snan)\))", re.IGNORECASE)
 
 
 @dataclass
@@ -121,7 +121,10 @@ class Table:
 
 
 def open_table(path: FilePath) -> Table:
-    """Return the table of a text file; its rows begin with the first line that has a number."""
+    """Return the table of a text file.
+
+    Its rows begin with the first line that has a number, or nothing but missing ones.
+    """
     above: list[str] = []
     for number, line in enumerate(re.split("\r\n|\r|\n", read_head(path)), 1):
         row = _row(line)
@@ -158,8 +161,6 @@ def _split(row: str, separator: str | None) -> list[str]:
 def _row(line: str) -> str:
     """Return a line without its comment and with plain NaN; empty if nothing is left."""
     if ".#" in line or "nan(" in line.lower():
-        line = MICROSOFT.sub(
-            lambda match: f"{match[1]}inf" if match[2] and match[2] in "INFinf" else "nan", line
-        )
+        line = MICROSOFT.sub("nan", line)
     text = line.partition("#")[0].strip()
     return "" if text.startswith(COMMENTS) else text

@@ -51,10 +51,6 @@ __all__ = [
     "read_tum",
 ]
 
-NO_QUATERNION = {  # the remedies, by whether the table has a column before the pose
-    True: "'t x y z' for only positions or 't qx qy qz qw x y z' for another order",
-    False: "'x y z' for only positions or 't rx ry rz x y z' for rotation vectors",
-}
 MAX_POSITION = 1e8  # metres from the origin; the centre of the earth is 6.4e6 away
 
 
@@ -214,7 +210,7 @@ def read_names(path: FilePath, *, columns: str | None = None) -> Trajectory:
     values = _converted(values, used, names, table)
     _warn_of_ignored(["name", *used], names, table)
     order = sorted(range(len(texts)), key=texts.__getitem__)
-    trajectory = checked(np.array(texts), _poses(values, used, table.source), table.source)
+    trajectory = checked(np.array(texts), _poses(values, used, table.source, "name "), table.source)
     return Trajectory(trajectory.keys[order], trajectory.poses[order])
 
 
@@ -377,7 +373,8 @@ def _read_table(path: FilePath, columns: str | None, usual: str = "s") -> Trajec
     if not columns:
         _refuse_others(values, column, table)
     keys = _keys(column, table.source, usual)
-    return checked(keys, _poses(values, used, table.source), table.source)
+    key = next((f"{name} " for name in used if name[0] in "tn"), "")
+    return checked(keys, _poses(values, used, table.source, key), table.source)
 
 
 def _warn_of_ignored(used: list[str], names: list[str], table: Table) -> None:
@@ -403,12 +400,12 @@ def _converted(values: Floats, used: list[str], names: list[str], table: Table) 
 def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> None:
     """Raise an error where columns that nothing names seem to hold no positions.
 
-    Of many columns, the first is in order if it is a time, and a row has a quaternion. The first
-    three lines of four numbers have a rotation: they are a matrix. A heading jumps by a full turn
-    in its range. In degrees or radians of latitude and longitude, a path of some kilometres is
-    small against its distance from the origin, and the height has another scale; less than 5
-    degrees from the origin there is only sea. Positions that hardly change could be radians, but
-    for a height that does.
+    Of more than eight columns, the first must be in order, as times are, and some row must have a
+    quaternion. Three lines of four numbers that have a rotation are a matrix. A heading jumps by a
+    full turn in its range. In degrees or radians of latitude and longitude, a path of some
+    kilometres is small against its distance from the origin, and the height has another scale; less
+    than 5 degrees from the origin there is only sea. Positions that hardly change could be radians,
+    but for a height that does.
     """
     block, n_columns = values[:3, :3], len(table.first)
     is_guess = n_columns > len(TUM.split()) and not table.header and "t" in column
@@ -470,7 +467,7 @@ def _keys(column: dict[str, Floats], source: Source, usual: str) -> NDArray[Any]
                 source.refuse(
                     beyond, f"{name} is not a fraction of t_s; --columns chooses one clock"
                 )
-        check_stamps(np.asarray(seconds), source)
+        check_stamps(np.asarray(seconds), source, min(TIME_UNITS[name[2:]] for name in stamps))
         return np.asarray(seconds)
     keys = stamps.get("t", column.get("n", np.arange(0.0, len(column["x"]))))
     source.refuse(~np.isfinite(keys), "the number is not finite")
@@ -481,12 +478,16 @@ def _keys(column: dict[str, Floats], source: Source, usual: str) -> NDArray[Any]
     return seconds
 
 
-def _poses(values: Floats, names: list[str], source: Source) -> Floats:
+def _poses(values: Floats, names: list[str], source: Source, key: str) -> Floats:
+    """Return poses (n, 4, 4); the remedy for wrong quaternions names the key of the table."""
     positions = _part(values, names, POSITION)
     if "qw" in names:
         quaternions = _part(values, names, QUATERNION)
-        such_as = NO_QUATERNION[len(names) > len(POSITION + QUATERNION)]
-        remedy = f"; --columns names the columns, such as {such_as}; Euler angles are not read"
+        other = f"'{key}qx qy qz qw x y z' for another order"
+        if not key:  # stamps, read as x
+            other = "'t rx ry rz x y z' for rotation vectors"
+        remedy = f"; --columns names the columns, such as '{key}x y z' for only positions or "
+        remedy += f"{other}; Euler angles are not read"
         return poses_from_quaternions(positions, quaternions, source, remedy)
     if "rx" in names:
         return poses_from_vectors(positions, _part(values, names, VECTOR), source)

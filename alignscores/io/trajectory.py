@@ -110,7 +110,7 @@ class Trajectory(NamedTuple):
 def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
     """Return a trajectory; refuse it if a tenth of its poses have the key of another one.
 
-    A position or rotation with a number that is not finite was not estimated: all of it is NaN.
+    A position or rotation with a number that is not finite was not estimated; it becomes all NaN.
     """
     for part in (poses[:, :3, 3], poses[:, :3, :3]):
         finite = finite_rows(part)
@@ -305,16 +305,20 @@ def refuse_counters(stamps: Floats, source: Source) -> None:
         raise source.error(0, f"{reason}: they are keys of poses, not times of a clock; {remedy}")
 
 
-def check_stamps(seconds: Floats, source: Source) -> None:
-    """Raise an error for a time stamp that is not finite, or is in another unit than most."""
+def check_stamps(seconds: Floats, source: Source, per_second: float = 1.0) -> None:
+    """Raise an error for a time stamp that is not finite, or too large for seconds.
+
+    The file has `per_second` units of time in a second.
+    """
     source.refuse(~np.isfinite(seconds), "the time stamp is not finite")
     far = np.abs(seconds) > MAX_SECONDS
     if far.any():
-        row, unit = int(np.argmax(far)), time_unit(seconds)
-        most = f"are near {np.median(seconds):.6g} s"
-        if unit != "s":
-            most = f"seem to be in {unit}; --columns names the unit, as t_{unit}"
-        reason = f"the time stamp of {seconds[row]:.6g} s is not a time; most {most}"
+        row, typical = int(np.argmax(far)), float(np.median(seconds))
+        others = f"are near {typical:.6g} s"
+        if abs(typical) > MAX_SECONDS:
+            unit = time_unit(seconds * per_second)
+            others = f"seem to be in {unit}; --columns names the unit, as t_{unit}"
+        reason = f"the time stamp of {seconds[row]:.6g} s is not a time; most {others}"
         raise source.error(row, reason)
 
 

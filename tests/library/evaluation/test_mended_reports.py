@@ -1,7 +1,7 @@
-"""Public reports, with our own path: each is right, or refused or noted with a remedy that works.
+"""Public reports, rebuilt with our own path: scores are right, or a message has a working remedy.
 
-`test_reports.py` has the same reports with the files of ``shared/cases``. The right scores are
-those of the same poses without the fault, in memory.
+`test_reports.py` has the same reports with other files, where these are present. The right scores
+are those of the same poses without the fault, in memory.
 """
 
 import json
@@ -22,7 +22,7 @@ SECONDS = np.arange(N) / 10
 
 
 def path_of(seconds):
-    """Poses (n, 4, 4) of a camera in the hand, which neither stops nor repeats itself."""
+    """Return the poses (n, 4, 4) of a hand-held camera that neither stops nor repeats its path."""
     t = np.asarray(seconds)
     poses = np.tile(np.eye(4), (len(t), 1, 1))
     poses[:, :3, 3] = 3 * np.transpose([np.cos(t / 3), np.sin(t / 2.1), np.sin(t / 1.3) / 2])
@@ -32,7 +32,7 @@ def path_of(seconds):
 
 
 def with_errors(poses, seed=0):
-    """Poses as a monocular system would estimate them: noise, another frame, another scale."""
+    """Return poses as estimated by a monocular system: noise, another frame, another scale."""
     rng = np.random.default_rng(seed)
     noisy, frame = poses.copy(), np.eye(4)
     turns = Rotation.from_rotvec(rng.normal(0, 0.015, (len(poses), 3)))
@@ -71,21 +71,21 @@ def kitti(name, poses):
 
 
 def in_memory(keys=STAMPS, rows=slice(None), poses=ESTIMATE, reference=TRUTH):
-    """Return the evaluation of the right poses, of which the estimate has some."""
+    """Return the evaluation of poses without a fault; the estimate has only these rows."""
     return evaluate(Trajectory(keys, reference), Trajectory(keys[rows], poses[rows]))
 
 
 @dataclass
 class Report:
-    """What somebody runs, and what must come of it."""
+    """Files and settings of a report, and what must come of them."""
 
     files: tuple
-    says: str = ""  # pattern of a note, or of the refusal
+    says: str = ""  # pattern of the notes, or of the refusal
     settings: dict = field(default_factory=dict)
-    remedy: dict | None = None  # settings that give the right scores; otherwise none are needed
-    mended: tuple | None = None  # files that do, as the message says
+    remedy: dict | None = None  # settings for the right scores, as the message says; None: the same
+    mended: tuple | None = None  # files for the right scores, as the message says; None: the same
     refused: bool = False
-    right: object = None  # evaluation with the right scores; otherwise that of the stamped poses
+    right: object = None  # evaluation or scores that are right; None: `in_memory()`
 
 
 def rotation_vectors():
@@ -129,13 +129,13 @@ def several_runs():
 
 def fewer_rows():
     """evo#204: 60 keyframes of 600 frames, in KITTI's format."""
-    reference, few = kitti("gt.txt", TRUTH), kitti("few.txt", ESTIMATE[::4])
+    reference, keyframes = kitti("gt.txt", TRUTH), kitti("keyframes.txt", ESTIMATE[::4])
     says = r"400 poses, the estimate 100.*\(write the number of its frame before each pose"
     numbered = save("n.txt", NUMBERS[::4], ESTIMATE[::4, :3].reshape(-1, 12))
     right = in_memory(NUMBERS, slice(None, None, 4))
     for mended in (numbered, kitti("nan.txt", np.where(NUMBERS % 4, np.nan, ESTIMATE.T).T)):
         for settings in ({}, {"missing": "ignore"}):
-            yield Report((reference, few), says, settings, refused=True)
+            yield Report((reference, keyframes), says, settings, refused=True)
         yield Report((reference, mended), right=right)
 
 
@@ -162,14 +162,14 @@ def results_of_hloc():
     yield Report(("gt", "results.txt"), says, right=in_memory(NAMES, present))
 
 
-def own_stamps_of_a_sparse_reference():
+def sparse_reference():
     """S3E#2, UrbanNavDataset#56: 1 Hz, by GNSS or not; evo's ATE is that at the common stamps."""
     metric = ESTIMATE.copy()
     metric[:, :3, 3] *= 2
     common = slice(0, N, 10)
-    true, found = (poses[common, :3, 3] for poses in (TRUTH, metric))
-    _, root = Rotation.align_vectors(true - true.mean(axis=0), found - found.mean(axis=0))
-    ate = root / np.sqrt(len(true))
+    gt, est = (poses[common, :3, 3] for poses in (TRUTH, metric))
+    _, root = Rotation.align_vectors(gt - gt.mean(axis=0), est - est.mean(axis=0))
+    ate = root / np.sqrt(len(gt))
     upright = TRUTH.copy()
     upright[:, :3, :3] = np.eye(3)
     for poses, says in ((upright, "all rotations of the reference are the same"), (TRUTH, "")):
@@ -386,8 +386,8 @@ def units_of_time():
 def degrees():
     """evo#420: latitude, longitude and height without a header."""
     to_degrees = np.array([1 / 111320, 1 / 111320 / np.cos(np.radians(48.98)), 1])
-    place = np.array([48.98, 8.39, 112]) + TRUTH[:, [1, 0, 2], 3] * to_degrees
-    files = save("gps.txt", STAMPS, place), tum("est.txt", ESTIMATE)
+    geodetic = np.array([48.98, 8.39, 112]) + TRUTH[:, [1, 0, 2], 3] * to_degrees
+    files = save("gps.txt", STAMPS, geodetic), tum("est.txt", ESTIMATE)
     mended = save("enu.txt", STAMPS, TRUTH[:, :3, 3]), files[1]
     right = in_memory().tas, None, in_memory().ate
     says = "seems to have latitudes and longitudes.* convert them to east, north, up in metres"
@@ -406,7 +406,7 @@ def euler_angles():
 
 
 def two_poses():
-    """A merged table: never the ground truth's own columns."""
+    """A merged table must not score the columns of the ground truth."""
     reference, pose = tum("gt.txt", TRUTH), ["x", "y", "z", "qx", "qy", "qz", "qw"]
     both = rows(STAMPS, TRUTH), rows(STAMPS, ESTIMATE)[:, 1:]
     for owners in (("gt", "est"), ("true_pos", "pos"), ("reference", "prediction")):
@@ -436,7 +436,7 @@ CASES = [
     fewer_rows,
     body_frame,
     results_of_hloc,
-    own_stamps_of_a_sparse_reference,
+    sparse_reference,
     left_handed_frame,
     motions,
     recording_of_airsim,
@@ -471,9 +471,9 @@ def options_of(settings):
     return options
 
 
-def same_scores(found, right):
-    """Compare TAS, RAS and ATE, as far as they are known."""
-    for value, expected in zip(found, right, strict=False):
+def same_scores(actual, right):
+    """Compare TAS, RAS and ATE, but for those that are None."""
+    for value, expected in zip(actual, right, strict=False):
         if expected is not None:
             assert value == pytest.approx(expected, abs=0.005)
 
@@ -483,7 +483,7 @@ def scores(evaluation):
 
 
 def by_function(report):
-    """Return the reason of the refusal, otherwise the notes."""
+    """Return the reason of a refusal, or the notes, of `evaluate`."""
     if report.refused:
         with pytest.raises(ValueError, match=r"\w") as caught:
             evaluate(*report.files, **report.settings)
@@ -492,6 +492,7 @@ def by_function(report):
 
 
 def by_comparison(report):
+    """Return the reason of a refusal, or the notes, of `compare`."""
     reference, estimate = report.files
     try:
         compared = compare(reference, [estimate], **report.settings)
@@ -505,14 +506,14 @@ def by_comparison(report):
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
 @pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
-def test_a_report_ends_right_by_every_door(case, command, tmp_path, monkeypatch):
+def test_the_command_and_both_functions_handle_a_report(case, command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for report in case():
         files = [report.settings.get("format"), *report.files]
         code, _, err = command(*filter(None, files), *options_of(report.settings), "--json")
         assert code == int(report.refused)
-        for said in (err, by_function(report), by_comparison(report)):
-            assert re.search(report.says, said)
+        for message in (err, by_function(report), by_comparison(report)):
+            assert re.search(report.says, message)
         if report.refused and report.remedy is report.mended is None:
             continue
         settings = report.remedy if report.remedy is not None else report.settings
@@ -533,7 +534,7 @@ def test_a_report_ends_right_by_every_door(case, command, tmp_path, monkeypatch)
 
 
 def test_runs_of_one_pose_are_failures_of_their_system(command, tmp_path, monkeypatch):
-    """Also where all quaternions are zero; as many empty files have the same mean."""
+    """Also where all quaternions are zero; empty files fail in the same way."""
     monkeypatch.chdir(tmp_path)
     Path("s").mkdir()
     tum("s/gt.txt", TRUTH)
@@ -556,7 +557,7 @@ def test_runs_of_one_pose_are_failures_of_their_system(command, tmp_path, monkey
 
 
 def test_a_frozen_pose_scores_no_more_than_a_gap(tmp_path, monkeypatch):
-    """ORB_SLAM3#619: a pose that is written again and again while the camera moves."""
+    """ORB_SLAM3#619: a pose repeats while the camera moves."""
     lost = slice(200, 280)
     frozen, present = ESTIMATE.copy(), np.delete(NUMBERS, lost)
     frozen[lost] = frozen[199]

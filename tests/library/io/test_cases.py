@@ -167,6 +167,8 @@ def test_a_quaternion_that_is_none_is_refused_in_any_row(write, columns):
     message = f"line 18: a quaternion of length 1.2 is not a rotation; .*{remedy}; Euler angles are"
     with pytest.raises(FileError, match=message):
         read_tum(path)
+    with pytest.raises(FileError, match="'name x y z' for only positions or 'name qx qy"):
+        read_names(write(named(POSITIONS, quaternions, header="name x y z qx qy qz qw")))
 
 
 def test_rotation_vectors_are_read(write):
@@ -270,8 +272,8 @@ def test_a_first_column_that_is_not_in_order_is_no_time(write):
 
 
 @pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
-def test_columns_that_may_be_a_quaternion_are_one_in_some_row(write):
-    """A matrix behind a number, with a column of nan, is no position with lost rotations."""
+def test_wide_tables_without_a_quaternion_are_refused(write):
+    """A number, a matrix and a column of nan would pass for a pose whose rotation is lost."""
     matrices = np.concatenate([ROTATIONS.as_matrix(), POSITIONS[:, :, None]], axis=2)
     parts = np.arange(N), matrices.reshape(N, 12)[:, :4], np.full(N, np.nan), POSITIONS
     with pytest.raises(FileError, match="has 9 columns, and no quaternion; name them, as in"):
@@ -279,7 +281,7 @@ def test_columns_that_may_be_a_quaternion_are_one_in_some_row(write):
 
 
 def test_a_header_names_all_columns(write):
-    """R writes none for the names of rows, which come first; two rows a line have the names of one.
+    """R writes no name for the first column; joined rows have twice as many fields.
 
     A comment may leave out the last columns.
     """
@@ -295,7 +297,7 @@ def test_a_header_names_all_columns(write):
 
 
 def test_headers_with_thousands_of_names_are_refused_in_a_sentence(write):
-    """The choices of 400 positions and 1000 clocks took minutes, and gigabytes."""
+    """All choices of 400 positions and 1000 clocks would take minutes and gigabytes."""
     header = ",".join(["t"] * 1000 + ["x", "y", "z"] * 400)
     path = write(table(np.ones((3, 2200)), by=",", header=header))
     tracemalloc.start()
@@ -308,16 +310,16 @@ def test_headers_with_thousands_of_names_are_refused_in_a_sentence(write):
     assert len(str(caught.value)) < 2000
 
 
-def test_blank_lines_separate_a_header_from_its_units(write):
+def test_blank_lines_may_separate_a_header_from_its_units(write):
     path = write("t,x,y,z\n\ns,mm,mm,mm\n\n" + table(STAMPS, 1000 * POSITIONS, by=","))
     with pytest.warns(TrajectoryWarning, match="converted from mm, as its columns say"):
         same_poses(read_tum(path), rotations=False)
 
 
 @pytest.mark.parametrize("header", ["t x y tx ty tz qx qy qz qw", "t tx ty tz qx qy qx qz qw z"])
-def test_coordinates_of_which_only_some_come_twice_are_not_mixed(write, header):
+def test_headers_that_repeat_only_some_coordinates_are_refused(write, header):
     path = write(table(STAMPS, POSITIONS, POSITIONS, RNG.normal(size=(N, 3)), header=header))
-    message = "its header names 2 columns ([xyz]), but 1 ([xyz]); name them, as in --columns"
+    message = "its header names 2 columns [xyz], but only 1 [xyz]; name them, as in --columns"
     with pytest.raises(FileError, match=message):
         read_tum(path)
     path = write(table(STAMPS, POSITIONS, header="t gt_x gt_y est_z"))
@@ -492,10 +494,12 @@ def test_a_stamp_that_is_no_time_is_refused(write):
         read_tum(write(lines))
     with pytest.raises(FileError, match="line 8: the time stamp"):
         read_stamps(write(lines))
-    rows = table(STAMPS * 1e3, POSITIONS, header="# t_s x y z")
-    message = r"time stamp of 1.7e\+12 s .* most seem to be in ms; --columns names .* t_ms"
-    with pytest.raises(FileError, match=message):
-        read_tum(write(rows))
+    for name, factor, unit in (("t_s", 1e3, "ms"), ("t_ms", 1e9, "ns")):
+        path = write(table(STAMPS * factor, POSITIONS, header=f"# {name} x y z"))
+        message = f"time stamp of 1.7e.* most seem to be in {unit}; --columns names .* t_{unit}$"
+        with pytest.raises(FileError, match=message):
+            read_tum(path)
+        same_poses(read_tum(path, columns=f"t_{unit} x y z"), rotations=False)
 
 
 def test_keys_of_a_factor_graph_are_no_times(write):
@@ -507,8 +511,11 @@ def test_keys_of_a_factor_graph_are_no_times(write):
         read_tum(write(lines))
 
 
-@pytest.mark.parametrize("nan", ["-1.#IND", "1.#QNAN", "-1.#IND00", "nan", "-nan(ind)", "NaN", ""])
-def test_nan_has_many_spellings(write, nan):
+SPELLINGS = ["-1.#IND", "1.#QNAN", "-1.#IND00", "-1.#INF", "nan", "-nan(ind)", "NaN", "-inf", ""]
+
+
+@pytest.mark.parametrize("nan", SPELLINGS)
+def test_numbers_that_are_not_finite_have_many_spellings(write, nan):
     lines = table(STAMPS, POSITIONS, QUATERNIONS, by=",").splitlines()
     stamp = lines[3].split(",")[0]
     lines[3] = ",".join([stamp, *[nan] * 7])
@@ -518,7 +525,7 @@ def test_nan_has_many_spellings(write, nan):
     if nan:
         trajectory = read_tum(write([line.replace(",", " ") for line in lines]))
         assert np.isnan(trajectory.poses[3, :3]).all()
-        lost = f"{nan} 2 3"  # of which nothing was estimated
+        lost = f"{nan} 2 3"  # counts as lost as a whole
         rows = [f"{stamp} {lost if row == 3 else '1 2 3'}" for row, stamp in enumerate(STAMPS)]
         assert np.isnan(read_tum(write(rows)).poses[3, :3]).all()
         _, poses = read_kitti(write([" ".join([nan] * 12), "1 0 0 4 0 1 0 5 0 0 1 6"]))
