@@ -110,18 +110,19 @@ def find_conventions(
     gt, est = gt_poses[rows], est_poses[rows]
     original = _Pair("", "", gt, est, fit_positions(gt, est))
     moved = _moved(original, inverted)
-    ras_now = _ras_as_it_is(original)
-    min_ras, min_ras_inconsistent = ras_now + MIN_GAIN, ras_now + min(0.3, (1 - ras_now) / 2)
-    if any(_are_truer(pair, original) for pair in moved):
-        min_ras = min_ras_inconsistent = _ras(gt, est, np.eye(3))[0] - EQUAL
-    elif min_ras > 1:
+    as_it_is, near = _ras(gt, est, np.eye(3))[0], _ras_as_it_is(original)
+    are_truer = any(_are_truer(pair, original) for pair in moved)
+    if as_it_is + MIN_GAIN > 1 and not are_truer:
         return []
-    fits = [_fit(pair, axes) for pair, axes in _candidates(original, moved, inverted)]
-    better = [
-        fit
-        for fit in fits
-        if fit.ras - fit.optimism >= (min_ras if fit.is_consistent else min_ras_inconsistent)
-    ]
+    better = []
+    for pair, axes in _candidates(original, moved, inverted):
+        fit = _fit(pair, axes)
+        is_frame = not pair.mistake and not fit.has_same_axes
+        now = as_it_is if is_frame else near  # which inaccuracy explains, too
+        gain = MIN_GAIN if fit.is_consistent else min(0.3, (1 - now) / 2)
+        min_ras = as_it_is - EQUAL if are_truer else now + gain
+        if fit.ras - fit.optimism >= min_ras:
+            better.append(fit)
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
     single = max((fit.ras for fit in better if not fit.is_double), default=0.0)
     better = [fit for fit in better if not fit.is_double or fit.ras >= single + MIN_GAIN]

@@ -373,7 +373,7 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     offset = float(settings.t_offset)
     estimate = state.estimate._replace(keys=state.estimate.keys + offset)
     clock = find_clock(state.reference, estimate)
-    if clock is None or not clock.certain or (state.scored and clock.agrees):
+    if clock is None or not clock.certain or clock.agrees:
         return
     seconds = offset + clock.seconds
     given = f" instead of {offset:.3f} s" if offset else ""

@@ -139,12 +139,10 @@ def score(
     their names say them; `functions` are metrics next to those in the settings.
     """
     file = str(estimate) if isinstance(estimate, (str, PathLike)) else ""
-    files = Files(
-        printable(Path(ref_file).name) or "the reference",
-        (file and name) or "the estimate",
-        ref_file,
-        file,
-    )
+    names = [printable(Path(ref_file).name) or "the reference", (file and name) or "the estimate"]
+    if names[0] == names[1]:  # such as COLMAP's images.txt
+        names = unique_names([ref_file, file])
+    files = Files(names[0], names[1], ref_file, file)
     with collected_warnings() as of_file:  # these name the file
         models = read_models(estimate, settings)
     notes = [Note("file", text) for text in of_file]

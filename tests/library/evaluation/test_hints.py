@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from alignscores import Trajectory, compare, evaluate
 from alignscores.io import inverse_poses, read_tum
 from alignscores.show.tables import conditions
+from tests.files import write_stamped
 
 CASES = Path(__file__).resolve().parents[4] / "shared" / "cases"
 KINDS = {"inverted", "inverted rotations", "quaternions", "mirrored", "frame", "clock"}
@@ -763,3 +764,35 @@ def test_mirrored_positions_of_a_camera_that_rests_are_named():
     reference.poses[:, :3, :3] = estimate.poses[:, :3, :3] = np.eye(3)
     (hint,) = hints(reference, estimate)
     assert "are mirror images" in hint.text
+
+
+def test_a_camera_mounted_at_a_small_angle_is_named():
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    estimate = disturbed(truth, rng)
+    estimate[:, :3, :3] = estimate[:, :3, :3] @ Rotation.from_rotvec([0.23, 0, 0]).as_matrix()
+    (hint,) = hints(Trajectory(times, truth), Trajectory(times, estimate))
+    assert "the camera frame of the estimate is rotated" in hint.text
+    assert " deg about (1.00, 0.0" in hint.text
+    assert hint.remedy.startswith("--body_rotation auto removes it")
+
+
+def test_files_of_the_same_name_are_named_with_their_folders(tmp_path):
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    for folder, poses in (("truth", truth), ("mine", inverse_poses(disturbed(truth, rng)))):
+        (tmp_path / folder).mkdir()
+        write_stamped(tmp_path / folder / "poses.txt", times, poses)
+    notes = evaluate(tmp_path / "truth/poses.txt", tmp_path / "mine/poses.txt").notes
+    (hint,) = [note.text for note in notes if note.kind == "inverted"]
+    assert "the poses of mine/poses.txt seem to be world-to-camera" in hint
+
+
+def test_keyframes_that_miss_a_sparse_reference_are_not_late():
+    """A clock that agrees within its error is no remedy, even if some stamps meet then."""
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    reference = Trajectory(times[::20] + 0.03, truth[::20])
+    with pytest.raises(ValueError, match="--sync interpolate compares") as refusal:
+        evaluate(reference, Trajectory(times[::14], disturbed(truth, rng)[::14]), t_max_diff=0.005)
+    assert "its clock is off" not in str(refusal.value)
