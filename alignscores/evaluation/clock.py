@@ -323,7 +323,7 @@ def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple
     (seconds, error), by_angles = (_least_squares(each, near, step) for each in (best, angles))
     if error > MIXED_UP * by_angles[1]:
         best, (seconds, error) = angles, by_angles
-    _, error_if_biased = _least_squares(replace(best, is_biased=True), near, step)
+    _, error_if_biased = _least_squares(replace(best, is_biased=True), np.array([seconds]), step)
     return seconds, max(error, error_if_biased)
 
 
