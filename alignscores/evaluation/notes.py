@@ -12,7 +12,7 @@ from ..averaging import rotation_angles
 from ..io import TrajectoryWarning
 from ..texts import printable
 from ..validation import AlignmentWarning
-from .conventions import describe_rotation
+from .conventions import NEAR_DEG, describe_rotation
 from .evaluation import Evaluation, Hint, Note
 from .rigs import clumps
 from .settings import Settings
@@ -80,9 +80,12 @@ def explain(
 
 
 def body_rotation(evaluation: Evaluation) -> Note | None:
-    """Note a rotation of the camera frame that was removed."""
+    """Note a rotation of the camera frame that was removed, or that none was found."""
     if evaluation.body_rotation is None:
-        return None
+        if evaluation.settings.body_rotation != "auto" or not evaluation.has_rotations:
+            return None
+        none = f"none of more than {NEAR_DEG:g} degrees raises the RAS clearly"
+        return Note("frame", f"no rotation of the camera frame was removed: {none}")
     frame = describe_rotation(evaluation.body_rotation)
     return Note("frame", f"a constant rotation of the camera frame was removed: {frame}")
 

@@ -377,3 +377,12 @@ def test_mirrored_positions_that_cost_less_than_a_tenth_are_named_if_motions_sho
     mirrored = est.poses.copy()
     mirrored[:, :3, 3] = mirrored[:, :3, 3] @ mirror
     assert set(notes_on_conventions(gt, est._replace(poses=mirrored))) == {"mirrored"}
+
+
+def test_a_camera_frame_that_needs_no_rotation_is_noted_where_one_was_asked_for():
+    gt = reference("anywhere", 60, np.random.default_rng(8))
+    (note,) = evaluate(gt, in_frame(gt, rotation("y", 5)), body_rotation="auto").notes
+    assert str(note) == (
+        "no rotation of the camera frame was removed: none of more than 10 degrees raises the RAS "
+        "clearly"
+    )
