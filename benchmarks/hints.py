@@ -22,6 +22,7 @@ from joblib import Parallel, delayed
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 from threadpoolctl import threadpool_limits
+from tqdm import tqdm
 
 from alignscores import Evaluation, Trajectory, evaluate
 from alignscores.arrays import Floats
@@ -36,8 +37,7 @@ MIN_POSES = 20  # of an estimate
 MIN_SCORE = 0.2  # of files without a mistake; estimates with a lower score are drawn again
 REF, EST = "reference.txt", "estimate.txt"
 OTHER_AXES = np.diag([1.0, -1, -1, 1]), np.eye(4)[[1, 2, 0, 3]], np.eye(4)[[2, 0, 1, 3]]
-
-
+CAMERA_AXES = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # of one that looks ahead
 RealPairs = Sequence[tuple[Trajectory, Trajectory]]
 
 
@@ -86,8 +86,7 @@ def make_path(rng: np.random.Generator, kind: str, seconds: float, rate: float) 
         shaking = np.radians(0.5) * _smooth(rng, stamps, 0.3, 1.0)
         turns = np.interp(stamps, fine, heading), -np.interp(stamps, fine, slope)
         body = Rotation.from_euler("ZY", np.stack(turns, axis=1)) * Rotation.from_rotvec(shaking)
-        camera_axes = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
-        return Trajectory(stamps, _poses(body * camera_axes, positions))
+        return Trajectory(stamps, _poses(body * CAMERA_AXES, positions))
     if kind == "around an object":
         angle = rng.uniform(0.3, 1.5) * 2 * np.pi * stamps / seconds
         radius = 2 + 0.3 * _smooth(rng, stamps, 5.0, 1.0)[:, 0]
@@ -105,10 +104,8 @@ def make_path(rng: np.random.Generator, kind: str, seconds: float, rate: float) 
     yaw = np.cumsum(0.4 * rng.normal(size=len(times)))
     tilts = Rotation.from_rotvec(tilt * rng.normal(size=(len(times), 3)) * [1, 1, 0.1])
     rotations = RotationSpline(times, Rotation.from_euler("z", yaw[:, None]) * tilts)
-    camera_axes = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
-    return Trajectory(
-        stamps, _poses(rotations(stamps) * camera_axes, CubicSpline(times, positions)(stamps))
-    )
+    positions = CubicSpline(times, positions)(stamps)
+    return Trajectory(stamps, _poses(rotations(stamps) * CAMERA_AXES, positions))
 
 
 def _smooth(rng: np.random.Generator, stamps: Floats, knots: float, sigma: float) -> Floats:
@@ -432,6 +429,8 @@ def counts(judged: pd.DataFrame) -> pd.DataFrame:
 def read_real(reference: str, estimate: str) -> tuple[Trajectory, Trajectory]:
     """Read a real pair; frames are 0.1 s apart."""
     result = evaluate(reference, estimate)
+    if result.reference.keys.dtype.kind == "U":
+        raise ValueError(f"{reference} has image names, not times or frames")
     paths = []
     for keys, poses in (result.reference, result.estimate):
         paths.append(Trajectory(keys / 10 if keys.dtype.kind == "i" else keys, poses))
@@ -446,18 +445,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--seed", type=int, default=0, help="seed of the random pairs (0)")
     parser.add_argument("--n_jobs", type=int, default=2, help="processes (2)")
-    parser.add_argument("--mistakes", nargs="*", default=[*MISTAKES], choices=MISTAKES, metavar="M")
+    parser.add_argument("--mistakes", nargs="+", default=[*MISTAKES], choices=MISTAKES, metavar="M")
     real = "a real pair without a mistake; random parts of it are drawn, too"
     parser.add_argument("--real", nargs=2, action="append", default=[], help=real)
     parser.add_argument("--output", type=Path, help="CSV file with the hints on each pair")
     options = parser.parse_args(arguments)
-    paths = [read_real(*files) for files in options.real]
+    if options.pairs < 1:
+        parser.error("argument --pairs: must be at least 1")
+    if options.output and options.output.exists():
+        parser.error(f"argument --output: {options.output} exists; name another file")
+    if options.output and not options.output.parent.is_dir():
+        parser.error(f"argument --output: there is no folder {options.output.parent}")
+    try:
+        real_pairs = [read_real(*files) for files in options.real]
+    except FAILURES as error:
+        parser.error(f"argument --real: {error}")
     names = [options.mistakes[i % len(options.mistakes)] for i in range(options.pairs)]
-    judged = Parallel(n_jobs=options.n_jobs)(
-        delayed(judge)(number, options.seed, name, paths)
-        for number, name in enumerate([*names, *[""] * options.pairs])
+    names += [""] * options.pairs
+    judged = Parallel(n_jobs=options.n_jobs, return_as="generator")(
+        delayed(judge)(number, options.seed, name, real_pairs) for number, name in enumerate(names)
     )
-    table = pd.DataFrame(judged, columns=Judged._fields)
+    table = pd.DataFrame(tqdm(judged, total=len(names)), columns=Judged._fields)
     if options.output:
         table.to_csv(options.output, index=False)
     print(counts(table).to_string())

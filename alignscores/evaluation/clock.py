@@ -34,7 +34,7 @@ STEP, MAX_STEPS = 0.05, 50_000  # seconds between offsets, and the maximum in th
 N_MOTIONS, MIN_MOTIONS = 300, 20  # compared, evenly spread; fewer agree somewhere by chance
 N_REFINED = 1000  # motions compared at the strongest offset
 BLOCKS = 20  # stretches of time, for standard errors
-MIN_BLOCKS = 5  # of a short recording, so that each has about a motion
+MIN_BLOCKS = 5  # of a recording of a few seconds
 TINY = 0.005  # seconds; a smaller offset is none
 TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way looks the same
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
@@ -436,7 +436,7 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
         noise = float((difference[rows] ** 2).sum() / squares.sum())
         half = comparison.ref.half
         by_averaging = min(AVERAGING / 2 * noise / (2 * half), half / 2)
-        error = math.hypot(error, by_averaging / math.sqrt(3))
+        error = math.hypot(error, by_averaging / math.sqrt(3))  # anywhere within that
         if abs(offset - start) > step:
             return offset, np.inf
         if abs(change) <= CONVERGED * error:

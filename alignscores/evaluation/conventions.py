@@ -110,15 +110,15 @@ def find_conventions(
     gt, est = gt_poses[rows], est_poses[rows]
     original = _Pair("", "", gt, est, fit_positions(gt, est))
     moved = _moved(original, inverted)
-    as_it_is, near = _ras(gt, est, np.eye(3))[0], _ras_as_it_is(original)
+    as_it_is = _ras(gt, est, np.eye(3))[0]
     are_truer = any(_are_truer(pair, original) for pair in moved)
     if as_it_is + MIN_GAIN > 1 and not are_truer:
         return []
-    better = []
+    near, better = _ras_within_inaccuracy(original), []
     for pair, axes in _candidates(original, moved, inverted):
         fit = _fit(pair, axes)
         is_frame = not pair.mistake and not fit.has_same_axes
-        now = as_it_is if is_frame else near  # which inaccuracy explains, too
+        now = as_it_is if is_frame else near  # a mistake must explain more than inaccuracy
         gain = MIN_GAIN if fit.is_consistent else min(0.3, (1 - now) / 2)
         min_ras = as_it_is - EQUAL if are_truer else now + gain
         if fit.ras - fit.optimism >= min_ras:
@@ -250,7 +250,7 @@ def _candidates(
     yield from ((pair, axes) for axes in swaps for pair in transposed if pair.side == BOTH)
 
 
-def _ras_as_it_is(pair: _Pair) -> float:
+def _ras_within_inaccuracy(pair: _Pair) -> float:
     """Return the RAS of cameras whose axes are the same, or off by no more than inaccuracy."""
     body = _rotation_between_cameras(pair.gt, pair.est, pair.positions.rotation)
     angles, axes = angles_and_axes(body[None])

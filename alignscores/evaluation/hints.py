@@ -65,8 +65,8 @@ REF_OUTLIERS, EST_OUTLIERS = 0.1, 0.5
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MAX_RATIO = 30  # of the durations of two files in the same unit
 # Between the unit of stamps and the one they were read in; larger units pass for seconds.
-MINUTES = {unit: UNITS[unit] for unit in ("minutes", "hours", "days")}
-TIME_FACTORS = 1e-3, 1e-6, 1e-9, 1e3, 1e6, *MINUTES.values()
+LARGE_UNITS = {unit: UNITS[unit] for unit in ("minutes", "hours", "days")}
+TIME_FACTORS = 1e-3, 1e-6, 1e-9, 1e3, 1e6, *LARGE_UNITS.values()
 LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
 MIRRORS = {
     "z negated": np.diag([1.0, 1.0, -1.0]),
@@ -221,8 +221,8 @@ def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     before = f"{name} {state.score:.3f} as it is, " if state.scored else f"{name} "
     possibilities = {remedy.text: remedy.option}
     for other, after in sorted(tried, key=lambda pair: -pair[1].score):
-        is_as_likely = other.alike and other.alike == remedy.alike
-        is_as_likely = is_as_likely and _is_clear(state, after, other.min_t)
+        is_alike = other.alike != "" and other.alike == remedy.alike
+        is_as_likely = is_alike and _is_clear(state, after, other.min_t)
         if is_as_likely or after.score > best.score - EQUAL:
             advice = f"{other.text} ({name} {after.score:.3f} corrected); {other.option}"
             possibilities.setdefault(other.text, advice)
@@ -285,11 +285,11 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
             text = f"{units[REF]} in {files.name(BOTH)}"
         columns = {side: f"t_{unit}" for side, unit in units.items()}
         option = _columns(state, files, columns)
-        steps = [np.median(np.diff(np.sort(poses.keys))) for poses in (ref, est)]
+        new_steps = [np.median(np.diff(np.sort(poses.keys))) for poses in (ref, est)]
         yield _Remedy(
             "units",
-            f"time stamps seem to be {text}, with steps of {steps[0]:.3g} s in {files.reference} "
-            f"and {steps[1]:.3g} s in {files.estimate}",
+            f"time stamps seem to be {text}, with steps of {new_steps[0]:.3g} s in "
+            f"{files.reference} and {new_steps[1]:.3g} s in {files.estimate}",
             f"{option} names the unit" if option else "write seconds",
             ref,
             est,
@@ -316,13 +316,13 @@ def _unit(state: _State, files: Files, side: str, factor: float) -> str:
     They may have been taken for another one by their size.
     """
     keys = (state.reference if side == REF else state.estimate).keys
-    is_smaller = factor > 1 and factor not in MINUTES.values()
+    is_smaller = factor > 1 and factor not in LARGE_UNITS.values()
     per_second = TIME_UNITS["ns"] / factor if is_smaller else 1 / factor
     table, names = _table(state, files, side)
     if table and sum(name[0] == "t" for name in names) == 1:
         column = [i for i, name in enumerate(names) if name[0] == "t"]
         per_second = np.ptp(table.numbers(column)) / (np.ptp(keys) * factor)
-    all_units = TIME_UNITS | {unit: 1 / seconds for unit, seconds in MINUTES.items()}
+    all_units = TIME_UNITS | {unit: 1 / seconds for unit, seconds in LARGE_UNITS.items()}
     units = (unit for unit, n in all_units.items() if np.isclose(n, per_second, rtol=1e-3))
     return next(units, "")
 
@@ -390,13 +390,14 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
 
 
 def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the shift of frame numbers or rows, if it is certain, as that of a clock is."""
+    """Yield the shift of frame numbers or rows, if it is certain."""
     reference, estimate = state.reference, state.estimate
     if not reference.keys.dtype.kind == estimate.keys.dtype.kind == "i":
         return
     if not state.settings.file_format.ordered:
         return
-    span = min(SPAN_OF_FRAMES, np.ptp(estimate.keys) / BLOCKS)  # a second, for the clock
+    # So many frames pass for a second of a clock.
+    span = min(SPAN_OF_FRAMES, np.ptp(estimate.keys) / BLOCKS)
     if span == 0:
         return
     clock = find_clock(*(poses._replace(keys=poses.keys / span) for poses in (reference, estimate)))
@@ -407,7 +408,7 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     if round(low) <= 0 <= round(high):
         return
     shifts = range(math.floor(low), math.ceil(high) + 1)
-    for frames in sorted(shifts, key=lambda frames: abs(frames - shift)):
+    for frames in sorted(shifts, key=lambda n: abs(n - shift)):
         yield _Remedy(
             "clock",
             f"its frames are off by {abs(frames)}: its motions fit those of {files.reference} best "
@@ -487,7 +488,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
 def _is_in_same_frame(scored: Scored) -> bool:
     """Return whether positions fit without a rotation.
 
-    Then the camera frames of the inverse poses of both files agree where those of the poses differ.
+    If both files are inverted, coordinate frames that differ by a rotation look like camera frames.
     """
     rows = _sample(scored)
     rotation = fit_positions(scored.gt_poses[rows], scored.est_poses[rows]).rotation
@@ -565,7 +566,7 @@ def _of_convention(
 def _of_inverted(
     state: _State, files: Files, sides: list[str], extra_option: str
 ) -> tuple[str, str]:
-    """Return in words that the files of some sides are inverted, or are not, and what to do."""
+    """Return what seems to be wrong with files of one convention, and what corrects it."""
     settings = state.settings
     is_inverted = {REF: settings.ref_invert, EST: settings.invert}
     add, leave = (

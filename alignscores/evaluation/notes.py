@@ -84,8 +84,10 @@ def body_rotation(evaluation: Evaluation) -> Note | None:
     if evaluation.body_rotation is None:
         if evaluation.settings.body_rotation != "auto" or not evaluation.has_rotations:
             return None
-        none = f"none of more than {NEAR_DEG:g} degrees raises the RAS clearly"
-        return Note("frame", f"no rotation of the camera frame was removed: {none}")
+        text = "no rotation of the camera frame was removed"
+        return Note(
+            "frame", f"{text}: none of more than {NEAR_DEG:g} degrees raises the RAS clearly"
+        )
     frame = describe_rotation(evaluation.body_rotation)
     return Note("frame", f"a constant rotation of the camera frame was removed: {frame}")
 
