@@ -323,7 +323,7 @@ MISTAKES = {
     "mounting angle": Mistake(_mounted, "the camera frame", ONE),
     "left-handed": Mistake(_left_handed, "mirror images", EITHER),
     "axes swapped": Mistake(_swapped, "mirror images", ((REF,),)),
-    "motions": Mistake(_motions, "the rows of {file} seem to be motions", EITHER),
+    "motions": Mistake(_motions, "the rows of {file} seem to be motions from", ANY),
 }
 KINDS = (  # kinds of hints on mistakes
     *("clock", "units", "inverted", "inverted rotations", "quaternions", "frame", "mirrored"),

@@ -59,9 +59,8 @@ OUTLIER = 3.0  # median errors
 EQUAL = 0.02  # difference between remedies that are equally good
 SPAN_OF_FRAMES = 60  # over which motions are compared, or BLOCKS in a file
 BLOCKS = 20  # stretches of time, for standard errors
-MOTION_DEG = 30.0  # largest rotation from one frame to the next
-# Shares of larger rotations: in a reference, and in an estimate with outliers.
-REF_OUTLIERS, EST_OUTLIERS = 0.1, 0.5
+MAX_TURN = 90.0  # deg/s of a camera, in the median
+FRAME = 0.1  # seconds between frames without stamps
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MAX_RATIO = 30  # of the durations of two files in the same unit
 # Between the unit of stamps and the one they were read in; larger units pass for seconds.
@@ -681,23 +680,22 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
     reference, estimate = state.reference, state.estimate
     if not state.has_rotations:
         return
+    is_named = reference.keys.dtype.kind == "U"  # poses in no order, which only scoring matches
     now, sides = None, []
     if state.scored:
         rows = _sample(state.scored)
         if len(rows) < MIN_CAMERAS:
             return
         now = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows])
+        # Products of poses in one frame hide their noise: both must turn as slowly as cameras.
+        are_slow = not is_named and _turn_slowly(reference) and _turn_slowly(estimate)
         sides = [EST, REF] if now.misfit > MAX_MISFIT else []
+        sides += [BOTH] if are_slow else []
     else:
         missing = len(reference.keys) - len(estimate.keys)  # n poses have n - 1 motions
         if abs(missing) != 1 or not reference.keys.dtype.kind == estimate.keys.dtype.kind == "i":
             return
         sides = [EST if missing == 1 else REF]
-    # The product of poses of a common frame can hide noise, which adds up: both files must look
-    # like motions, and errors must not grow.
-    is_named = reference.keys.dtype.kind == "U"  # poses in no order, which only scoring matches
-    if not is_named and _hardly_rotate(reference, estimate):
-        sides.append(BOTH)
     for side, inverse, leads_away in product(sides, (False, True), (False, True)):
         ref, est = (
             _multiplied(trajectory, inverse, leads_away) if side in (changed, BOTH) else trajectory
@@ -707,16 +705,17 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
             est = _from_identity(est, reference)
         elif not state.scored and side == REF:
             ref = _from_identity(ref, estimate)
-        text = f"the rows of {files.name(side)} seem to be motions from frame to frame"
+        motions = "inverse motions" if inverse else "motions"
+        text = f"the rows of {files.name(side)} seem to be {motions} from frame to frame"
         factors = "the product of their inverses" if inverse else "their product"
         option = f"write {factors}, pose by pose"
         option += ", starting from the identity" if leads_away or not state.scored else ""
-        remedy = _Remedy("increments", text, option, ref, est)
+        alike = "increments" if side == BOTH else ""  # inverse ones multiply to paths, too
+        remedy = _Remedy("increments", text, option, ref, est, alike=alike)
         fit = _fit_by_name(state, remedy) if is_named else _fit(ref, est)
         fits = fit.is_much_better_than(now) if now else fit.misfit <= MAX_MISFIT
-        grows = side == BOTH and now is not None and fit.error > now.error
         # Straight paths are all alike, unless the times along them agree, which names do not have.
-        if fits and not grows and (not is_named or fit.misfit <= fit.certain):
+        if fits and (not is_named or fit.misfit <= fit.certain):
             yield remedy
 
 
@@ -746,15 +745,15 @@ def _from_identity(products: Trajectory, other: Trajectory) -> Trajectory:
     return Trajectory(other.keys, np.concatenate([np.eye(4)[None], products.poses]))
 
 
-def _hardly_rotate(reference: Trajectory, estimate: Trajectory) -> bool:
-    """Return whether rotations are small, as from frame to frame, and not all the same."""
-    smallest_trace = 1 + 2 * np.cos(np.radians(MOTION_DEG))
-    for trajectory, outliers in ((reference, REF_OUTLIERS), (estimate, EST_OUTLIERS)):
-        rotations = trajectory.poses[finite_rows(trajectory.poses), :3, :3]
-        traces = np.trace(rotations, axis1=1, axis2=2)
-        if not len(traces) or np.quantile(traces, outliers) <= smallest_trace:
-            return False
-    return not (_has_constant(reference) or _has_constant(estimate))
+def _turn_slowly(trajectory: Trajectory) -> bool:
+    """Return whether rows that are motions would be those of a camera, and are not all the same."""
+    rows = finite_rows(trajectory.poses)
+    angles = rotation_angles(trajectory.poses[rows, :3, :3])
+    if not len(angles) or _has_constant(trajectory):
+        return False
+    is_timed = trajectory.keys.dtype.kind == "f"
+    step = np.median(np.diff(np.sort(trajectory.keys[rows]))) if is_timed else FRAME
+    return bool(np.median(angles) <= MAX_TURN * step)
 
 
 def _multiplied(trajectory: Trajectory, inverse: bool, leads_away: bool) -> Trajectory:

@@ -3,6 +3,7 @@
 The cases are small files in the format and with the fault of public reports, in ``shared/cases``.
 """
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -579,6 +580,47 @@ def test_motions_in_both_files_are_named_among_outliers():
     estimate[5::60, :3, :3] = Rotation.random(15, rng=rng).as_matrix()
     (hint,) = hints(increments(truth), increments(estimate))
     assert "rows of both the reference and the estimate" in hint.text
+
+
+def drifting(poses, rng):
+    """Return poses from motions with errors, which add up."""
+    motions = increments(poses)
+    noise = Rotation.from_rotvec(rng.normal(0, 0.0005, (len(poses), 3))).as_matrix()
+    motions[:, :3, :3] = motions[:, :3, :3] @ noise
+    motions[:, :3, 3] += rng.normal(0, 0.01, (len(poses), 3))
+    for row in range(1, len(poses)):
+        motions[row] = motions[row - 1] @ motions[row]
+    return motions
+
+
+@pytest.mark.parametrize("timed", [True, False])
+def test_motions_in_both_files_are_named_where_the_estimate_drifts(timed):
+    rng = np.random.default_rng(7)
+    times, truth = winding(rng)
+    estimate = disturbed(drifting(truth, rng), rng)
+    keys = times if timed else np.arange(len(times))
+    right = evaluate(Trajectory(keys, truth), Trajectory(keys, estimate)).pas
+    files = (Trajectory(keys, increments(poses)) for poses in (truth, estimate))
+    (hint,) = hints(*files)
+    (motions,) = [text for text in str(hint).split("; or ") if "seem to be motions" in text]
+    assert "rows of both the reference and the estimate" in motions
+    (score,) = re.findall(r"([0-9.]+) corrected\); write their product, pose by pose", motions)
+    assert float(score) == pytest.approx(right, abs=0.01)
+
+
+@pytest.mark.parametrize("degrees", [0.1, 1.0, 3.0])
+def test_drifting_cameras_that_hardly_rotate_are_no_motions(degrees):
+    """As on a slider; as motions, they would turn as slowly as cameras."""
+    rng = np.random.default_rng(8)
+    times, truth = winding(rng)
+    vectors = Rotation.from_matrix(truth[:, :3, :3]).as_rotvec()
+    truth[:, :3, :3] = Rotation.from_rotvec(np.radians(degrees) * vectors).as_matrix()
+    truth = inverse_poses(truth[:1]) @ truth
+    estimate = drifting(truth, rng)
+    for sigma in (0.0, 0.3, 1.0):
+        noisy = estimate.copy()
+        noisy[:, :3, 3] += rng.normal(0, sigma, (len(truth), 3))
+        assert hints(Trajectory(times, truth), Trajectory(times, noisy)) == []
 
 
 @pytest.mark.parametrize("shift", [-1, 1, 4])
