@@ -314,10 +314,10 @@ MISTAKES = {
     "stamps": Mistake(_in_other_units, "stamps seem to be .* in {file}", ANY, (True,)),
     "lengths": Mistake(_in_other_lengths, "the positions of {file} seem to be in", EITHER),
     "inverted": Mistake(_inverted, "the poses of {file} seem to be world-to-camera", ANY),
-    "rotations inverted": Mistake(_transposed, "the rotations of {file} seem to be", EITHER),
-    "w first": Mistake(_w_first, "the quaternions of {file} seem to have w", EITHER, (True,)),
+    "rotations inverted": Mistake(_transposed, "the rotations of {file} seem to be", ANY),
+    "w first": Mistake(_w_first, "the quaternions of {file} seem to have w", ANY, (True,)),
     "inverted, w first": Mistake(
-        _inverted_w_first, "quaternions of {file} seem .* poses of {file} seem", EITHER, (True,)
+        _inverted_w_first, "quaternions of {file} seem .* poses of {file} seem", ANY, (True,)
     ),
     "camera axes": Mistake(_other_axes, "the camera frame", ONE),
     "mounting angle": Mistake(_mounted, "the camera frame", ONE),

@@ -198,7 +198,7 @@ def _corrected(
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
         found = find_conventions(matches.pose_references, estimate.poses[matches.pose_rows])
-        frames = [convention.body_rotation for convention in found if not convention.mistake]
+        frames = [convention.body_rotation for convention in found if not convention.mistakes]
         body_rotation = frames[0] if frames else None
     poses = rotate_cameras(estimate.poses, body_rotation)
     return estimate._replace(poses=poses), lever_arm, body_rotation

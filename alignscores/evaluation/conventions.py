@@ -13,11 +13,11 @@ Q, which is then the rotation that aligns the positions. The RAS measures how we
 B of a few degrees is inaccuracy, which no mistake has to explain.
 """
 
-from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain
-from typing import NamedTuple
+from itertools import permutations
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -85,8 +85,8 @@ REF, EST, BOTH = "reference", "estimate", "both"
 class Convention:
     """The convention under which an estimate fits its reference; all is empty if there is none."""
 
-    mistake: str = ""  # INVERTED, INVERTED_ROTATIONS, the true order of quaternions, INVERTED_W
-    side: str = ""  # the file that has it: REF, EST, BOTH
+    # by file: INVERTED, INVERTED_ROTATIONS, the true order of quaternions, or one of INVERTED_W
+    mistakes: Mapping[str, str] = field(default_factory=dict)
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
     is_ambiguous: bool = False  # whether the other file may as well have it
     inverted: Collection[str] = ()  # files that were inverted when they were read, after a mistake
@@ -100,52 +100,64 @@ def find_conventions(
     They are reported if they raise the RAS by 0.1, or where rotations and positions do not have the
     same alignment by 0.3 or half of what is missing to 1: noise, lost cameras or drift fit under
     none so much better. The optimism of a fitted camera frame does not count. Two mistakes, or one
-    and another camera frame, must explain 0.1 more than one. Where both are inverted, their
-    rotations may agree; then their positions show it. Those that fit equally well are all reported,
-    the likeliest first. `inverted` are the files whose poses were inverted when they were read.
+    and another camera frame, must explain 0.1 more than one; a frame with no common name counts as
+    two. Where both are inverted, their rotations may agree; then their positions show it. Those
+    that fit equally well are all reported, the likeliest first. `inverted` are the files whose
+    poses were inverted when they were read.
     """
     rows = moving_cameras(gt_poses, est_poses)
     if len(rows) < MIN_CAMERAS:
         return []
     gt, est = gt_poses[rows], est_poses[rows]
-    original = _Pair("", "", gt, est, fit_positions(gt, est))
-    moved = _moved(original, inverted)
+    original = _Pair({}, gt, est, fit_positions(gt, est))
+    pairs = [pair for each in MISTAKES for pair in _corrected(original, each, inverted)]
+    moved = _moved(original, pairs)
     as_it_is = _ras(gt, est, np.eye(3))[0]
     are_truer = any(_are_truer(pair, original) for pair in moved)
     if as_it_is + MIN_GAIN > 1 and not are_truer:
         return []
     near, better = _ras_within_inaccuracy(original), []
-    for pair, axes in _candidates(original, moved, inverted):
-        fit = _fit(pair, axes)
-        is_frame = not pair.mistake and not fit.has_same_axes
+    fits = [_fit(*candidate) for candidate in _candidates(original, moved, pairs)]
+    for fit in fits:
+        is_frame = not fit.pair.mistakes and not fit.has_same_axes
         now = as_it_is if is_frame else near  # a mistake must explain more than inaccuracy
         gain = MIN_GAIN if fit.is_consistent else min(0.3, (1 - now) / 2)
         min_ras = as_it_is - EQUAL if are_truer else now + gain
         if fit.ras - fit.optimism >= min_ras:
             better.append(fit)
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
-    single = max((fit.ras for fit in better if not fit.is_double), default=0.0)
-    better = [fit for fit in better if not fit.is_double or fit.ras >= single + MIN_GAIN]
-    highest = max((fit.ras for fit in better), default=0.0)
-    better = [fit for fit in better if fit.ras > highest - EQUAL]
-    conventions: dict[tuple[str, str], Convention] = {}
-    for fit in better:
-        mistake, side = fit.pair.mistake, fit.pair.side
-        is_ambiguous = any(
-            other.pair.mistake == mistake
-            and {other.pair.side, side} == {EST, REF}
-            and np.allclose(other.body, fit.body, atol=1e-6)
-            for other in better
+    better = [
+        fit
+        for fit in better
+        if all(fit.ras >= other.ras + MIN_GAIN for other in better if other.n_causes < fit.n_causes)
+    ]
+    if not better:
+        return []
+    min_ras, n_causes = max(fit.ras for fit in better) - EQUAL, max(fit.n_causes for fit in better)
+    max_apart = max(CONSISTENT_DEG, *(fit.apart_deg for fit in better))
+    equal = [
+        fit
+        for fit in fits
+        if fit.ras > min_ras and fit.n_causes <= n_causes and not fit.apart_deg > max_apart
+    ]
+    conventions: dict[tuple[Any, ...], Convention] = {}
+    for fit in equal:
+        mistakes = fit.pair.mistakes
+        swapped = {REF if side == EST else EST: mistake for side, mistake in mistakes.items()}
+        is_ambiguous = len(mistakes) == 1 and any(
+            other.pair.mistakes == swapped and np.allclose(other.body, fit.body, atol=1e-6)
+            for other in equal
         )
         body = None if fit.has_same_axes else fit.body
-        convention = Convention(mistake, side, body, is_ambiguous, fit.pair.inverted)
-        conventions.setdefault((mistake, side if is_ambiguous else ""), convention)
+        convention = Convention(mistakes, body, is_ambiguous, fit.pair.inverted)
+        key = tuple(mistakes.items() if is_ambiguous else mistakes.values())
+        conventions.setdefault(key, convention)
     # Poor positions may hide that poses are inverted.
     may_be_inverted = [
-        replace(convention, mistake=INVERTED)
+        replace(convention, mistakes=dict.fromkeys(convention.mistakes, INVERTED))
         for convention in conventions.values()
-        if convention.mistake == INVERTED_ROTATIONS
-        and not (convention.side == BOTH and _hides_errors(original, inverse_poses(gt)))
+        if INVERTED_ROTATIONS in convention.mistakes.values()
+        and not (len(convention.mistakes) == 2 and _hides_errors(original, inverse_poses(gt)))
     ]
     return [*conventions.values(), *may_be_inverted]
 
@@ -171,12 +183,16 @@ def moving_cameras(gt_poses: Floats, est_poses: Floats) -> Indices:
 class _Pair(NamedTuple):
     """Both trajectories without a mistake, and how their positions fit."""
 
-    mistake: str
-    side: str
+    mistakes: Mapping[str, str]
     gt: Floats
     est: Floats
     positions: "PositionFit"
     inverted: Collection[str] = ()
+
+    @property
+    def has_moved(self) -> bool:
+        """Whether the mistake was in positions, too."""
+        return not {INVERTED, *INVERTED_W}.isdisjoint(self.mistakes.values())
 
 
 class _Candidate(NamedTuple):
@@ -194,10 +210,10 @@ class _Candidate(NamedTuple):
         return bool(rotation_angles(self.body[None])[0] <= NEAR_DEG)
 
     @property
-    def is_double(self) -> bool:
-        """Whether it takes two mistakes, or one and another camera frame."""
-        mistake = self.pair.mistake
-        return mistake in INVERTED_W or (bool(mistake) and not self.has_same_axes)
+    def n_causes(self) -> int:
+        """How many mistakes or common camera frames it takes; any other frame counts as two."""
+        of_frame = 0 if self.has_same_axes else 1 if is_common(self.body) else 2
+        return of_frame + sum(2 if m in INVERTED_W else 1 for m in self.pair.mistakes.values())
 
     @property
     def is_consistent(self) -> bool:
@@ -230,7 +246,7 @@ def _optimism(pair: _Pair) -> float:
 
 
 def _candidates(
-    original: _Pair, moved: list[_Pair], inverted: Collection[str]
+    original: _Pair, moved: list[_Pair], pairs: list[_Pair]
 ) -> Iterator[tuple[_Pair, Floats | None]]:
     """Yield both trajectories, and B (None: any), the likeliest first.
 
@@ -239,15 +255,27 @@ def _candidates(
     """
     none, *swaps = COMMON.values()
     inputs = moved or [original]
+    one, both = ([pair for pair in pairs if len(pair.mistakes) == n] for n in (1, 2))
     yield from ((pair, axes) for axes in (none, *swaps) for pair in inputs)
-    mistakes = () if moved else (INVERTED_ROTATIONS, W_FIRST, W_LAST)
-    pairs = [pair for each in mistakes for pair in _corrected(original, each, inverted)]
-    transposed = [pair for pair in pairs if pair.mistake == INVERTED_ROTATIONS]
-    yield from ((pair, none) for pair in pairs if pair.side != BOTH)
-    yield from ((pair, axes) for axes in swaps for pair in transposed if pair.side != BOTH)
+    if not moved:
+        yield from _of_rotations(one)
+        yield from (
+            (pair, none)
+            for pair in one
+            if INVERTED_W.keys() & pair.mistakes.values()
+            and pair.positions.error < original.positions.error
+        )
     yield from ((pair, None) for pair in inputs)
-    yield from ((pair, none) for pair in pairs if pair.side == BOTH)
-    yield from ((pair, axes) for axes in swaps for pair in transposed if pair.side == BOTH)
+    if not moved:
+        yield from _of_rotations(both)
+
+
+def _of_rotations(pairs: list[_Pair]) -> Iterator[tuple[_Pair, Floats | None]]:
+    """Yield trajectories without mistakes in the rotations only, and B."""
+    none, *swaps = COMMON.values()
+    yield from ((pair, none) for pair in pairs if not pair.has_moved)
+    transposed = [pair for pair in pairs if INVERTED_ROTATIONS in pair.mistakes.values()]
+    yield from ((pair, axes) for axes in swaps for pair in transposed)
 
 
 def _ras_within_inaccuracy(pair: _Pair) -> float:
@@ -260,17 +288,19 @@ def _ras_within_inaccuracy(pair: _Pair) -> float:
     return max(as_it_is, near.ras) if may_be_near else as_it_is
 
 
-def _moved(original: _Pair, inverted: Collection[str]) -> list[_Pair]:
+def _moved(original: _Pair, pairs: list[_Pair]) -> list[_Pair]:
     """Return the pairs without a mistake of the smallest errors, if positions fit much better.
 
     The same errors are a small part of a long path: in metres they tell which file it is, or that
     it may be either.
     """
-    pairs, now = [], original.positions
-    for pair in chain.from_iterable(_corrected(original, each, inverted) for each in CORRECTIONS):
-        hides_errors = pair.side == BOTH and _hides_errors(original, pair.gt)
-        if pair.positions is not now and not hides_errors:
-            pairs.append(pair)
+    now = original.positions
+    pairs = [
+        pair
+        for pair in pairs
+        if pair.positions is not now
+        and not (len(pair.mistakes) == 2 and _hides_errors(original, pair.gt))
+    ]
     errors = [pair.positions.error for pair in pairs if pair.positions.is_much_better_than(now)]
     if not errors:
         return []
@@ -292,9 +322,9 @@ def _are_truer(pair: _Pair, original: _Pair) -> bool:
 
     Drift about the origin moves no inverse pose, and passes for errors of two inverted files.
     """
-    if pair.side == BOTH:
-        return pair.mistake == INVERTED and _step(pair.gt) < _step(original.gt)
-    return pair.mistake == INVERTED and pair.positions.error < original.positions.error / 3
+    if len(pair.mistakes) == 2:
+        return pair.has_moved and _step(pair.gt) < _step(original.gt)
+    return pair.has_moved and pair.positions.error < original.positions.error / 3
 
 
 def _step(poses: Floats) -> float:
@@ -302,23 +332,23 @@ def _step(poses: Floats) -> float:
     return float(np.median(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)))
 
 
-def _corrected(original: _Pair, mistake: str, inverted: Collection[str]) -> Iterator[_Pair]:
-    """Yield both trajectories without a mistake in either one, and in both.
+def _corrected(
+    original: _Pair, mistakes: Mapping[str, str], inverted: Collection[str]
+) -> Iterator[_Pair]:
+    """Yield both trajectories without mistakes in one file or both.
 
-    It was made in poses as they are, or before they were inverted.
+    They were made in poses as they are, or before they were inverted.
     """
-    for before in [(), inverted] if inverted and mistake != INVERTED else [()]:
+    for before in [(), inverted] if inverted and INVERTED not in mistakes.values() else [()]:
+        if before and len(mistakes) == 1 and not mistakes.keys() <= {*before}:
+            continue
         gt, est = (
-            corrected(poses, mistake, inverted=side in before)
+            corrected(poses, mistakes[side], inverted=side in before) if side in mistakes else poses
             for poses, side in ((original.gt, REF), (original.est, EST))
         )
-        pairs = (EST, original.gt, est), (REF, gt, original.est), (BOTH, gt, est)
-        for side, true, poses in pairs:
-            if before and side not in (*before, BOTH):
-                continue
-            moves = before or mistake == INVERTED or mistake in INVERTED_W
-            positions = fit_positions(true, poses) if moves else original.positions
-            yield _Pair(mistake, side, true, poses, positions, before)
+        pair = _Pair(mistakes, gt, est, original.positions, before)
+        moves = before or pair.has_moved
+        yield pair._replace(positions=fit_positions(gt, est)) if moves else pair
 
 
 def _transposed(poses: Floats) -> Floats:
@@ -349,6 +379,16 @@ CORRECTIONS: dict[str, Callable[[Floats], Floats]] = {  # what corrects a mistak
 CORRECTIONS |= {
     mistake: partial(_inverted_after, CORRECTIONS[order]) for mistake, order in INVERTED_W.items()
 }
+MISTAKES: list[dict[str, str]] = [  # of one file or both, where orders of quaternions may differ
+    dict.fromkeys(sides, mistake)
+    for mistake in CORRECTIONS
+    for sides in ((EST,), (REF,), (REF, EST))
+]
+MISTAKES += [
+    dict(zip((REF, EST), orders, strict=True))
+    for pair in ((W_FIRST, W_LAST), INVERTED_W)
+    for orders in permutations(pair)
+]
 
 
 def corrected(poses: Floats, mistake: str, *, inverted: bool) -> Floats:

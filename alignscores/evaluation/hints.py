@@ -35,8 +35,6 @@ from .conventions import (
     MIN_CAMERAS,
     NEAR_DEG,
     REF,
-    W_FIRST,
-    W_LAST,
     Convention,
     PositionFit,
     corrected,
@@ -469,7 +467,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
                 f"{files.reference}, {describe_rotation(body_rotation)}"
             )
         changes = {"body_rotation": "auto"} if frame else {}
-        if convention.mistake:
+        if convention.mistakes:
             yield from _of_convention(state, files, convention, frame, changes)
         elif body_rotation is not None:
             option = "--body_rotation auto removes it"
@@ -478,7 +476,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
                 "frame", frame, option, state.reference, state.estimate, changes, alike=alike
             )
             if _is_in_same_frame(state.scored):
-                both = Convention(INVERTED, BOTH)
+                both = Convention({REF: INVERTED, EST: INVERTED})
                 for remedy in _of_convention(state, files, both, "", {}):
                     yield replace(remedy, alike=alike)
     yield from (replace(mirror, margin=CLEAR) for mirror in mirrors)
@@ -524,40 +522,47 @@ def _of_convention(
 ) -> Iterator[_Remedy]:
     """Yield what corrects the convention of poses or rotations, unless the file says otherwise."""
     reference, estimate, settings = state.reference, state.estimate, state.settings
-    mistake = convention.mistake
-    sides = [REF, EST] if convention.side == BOTH else [convention.side]
+    mistakes = convention.mistakes
+    sides, kinds = [*mistakes], {*mistakes.values()}
     ref, est = (
         trajectory._replace(
-            poses=corrected(trajectory.poses, mistake, inverted=side in convention.inverted)
+            poses=corrected(trajectory.poses, mistakes[side], inverted=side in convention.inverted)
         )
-        if side in sides
+        if side in mistakes
         else trajectory
         for side, trajectory in ((REF, reference), (EST, estimate))
     )
-    names = files.name(convention.side)
+    names = files.name(BOTH if len(sides) == 2 else sides[0])
     texts, options = [], []
-    if order := INVERTED_W.get(mistake, mistake if mistake in (W_FIRST, W_LAST) else ""):
+    orders = {side: INVERTED_W.get(mistake, mistake) for side, mistake in mistakes.items()}
+    if kinds.isdisjoint({INVERTED, INVERTED_ROTATIONS}):
         texts.append(f"the quaternions of {names} seem to have w at the wrong end")
-        columns = _columns(state, files, dict.fromkeys(sides, order))
+        columns = _columns(state, files, orders)
         if columns is None:
             return
-        options.append(f"name their order with {columns}" if columns else "reorder them")
-    if mistake == INVERTED_ROTATIONS:
+        true_orders = " and ".join(dict.fromkeys(orders.values()))
+        options.append(
+            f"name their order with {columns}"
+            if columns
+            else f"reorder them, since they are {true_orders}"
+        )
+    if INVERTED_ROTATIONS in kinds:
         texts.append(f"the rotations of {names} seem to be world-to-camera, positions not")
         is_of_poses = _inverted(settings).intersection(sides) and not convention.inverted
         options.append(
             f"transpose them in the {'camera-to-world poses' if is_of_poses else 'file'}"
         )
-    if mistake == INVERTED or mistake in INVERTED_W:
+    is_inverted_w = kinds <= {*INVERTED_W}
+    if INVERTED in kinds or is_inverted_w:
         text, option = _of_inverted(state, files, sides, "--body_rotation auto" if frame else "")
         texts.append(text)
         options.append(option)
-    option = (", then " if mistake in INVERTED_W else "; ").join(options)
+    option = (", then " if is_inverted_w else "; ").join(options)
     if frame:
         texts.append(frame)
         option += ", and add --body_rotation auto" if "--body_rotation" not in option else ""
     text = ", and ".join(texts)
-    kind = mistake if mistake in (INVERTED, INVERTED_ROTATIONS) else "quaternions"
+    (kind,) = kinds & {INVERTED, INVERTED_ROTATIONS} or {"quaternions"}
     alike = kind if convention.is_ambiguous else ""
     yield _Remedy(kind, text, option, ref, est, changes, alike=alike)
 

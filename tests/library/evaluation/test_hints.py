@@ -467,6 +467,35 @@ def test_the_hint_on_a_clock_names_an_offset_that_was_given():
     assert " s instead of 99.500 s, standard error" in hint
 
 
+def with_w(index, poses):
+    """Return what is read of quaternions with w at an index, if it is expected at the other end."""
+    quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
+    changed = poses.copy()
+    shift = 1 if index == 0 else -1
+    changed[:, :3, :3] = Rotation.from_quat(np.roll(quaternions, shift, axis=1)).as_matrix()
+    return changed
+
+
+@pytest.mark.parametrize("inverted", [False, True])
+@pytest.mark.parametrize("orders", [(0, 0), (3, 3), (0, 3), (3, 0)])
+def test_w_at_the_wrong_end_in_both_files_is_named(orders, inverted):
+    """Tables with a header often have w first, TUM's files last."""
+    rng = np.random.default_rng(5)
+    times, truth = winding(rng)
+    estimate = disturbed(truth, rng)
+    right = evaluate(Trajectory(times, truth), Trajectory(times, estimate)).pas
+    files = (truth, estimate)
+    files = [inverse_poses(poses) for poses in files] if inverted else files
+    reference, estimate = (with_w(index, poses) for index, poses in zip(orders, files, strict=True))
+    (hint,) = hints(Trajectory(times, reference), Trajectory(times, estimate))
+    possibilities = str(hint).split("; or ")
+    (both,) = [text for text in possibilities if "the quaternions of both" in text]
+    names = ("qw qx qy qz", "", "", "qx qy qz qw")
+    true_orders = " and ".join(dict.fromkeys(names[index] for index in orders))
+    assert f"{right:.3f} corrected); reorder them, since they are {true_orders}" in both
+    assert ("the poses of both the reference and the estimate" in both) == inverted
+
+
 def hints(reference, estimate, **settings):
     """Return the hints on mistakes in either file."""
     notes = evaluate(reference, estimate, **settings).notes
