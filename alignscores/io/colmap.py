@@ -213,7 +213,10 @@ def _images(model: Path) -> Images:
 
 def is_images(text: str) -> bool:
     """Return whether a file that begins with this text has the images of a model."""
-    return bool(re.search("^# *IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ,", text, re.MULTILINE))
+    if re.search("^# *IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ,", text, re.MULTILINE):
+        return True
+    first_row = r"\d+ +([-+.\deE]+ +){7}\d+ +.*[^\W\d_]"  # without that comment
+    return bool(re.match(rf"(#.*\n)*{first_row}", text))
 
 
 def _read_file(path: Path) -> Trajectory:

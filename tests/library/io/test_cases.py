@@ -561,10 +561,12 @@ def test_no_image_of_a_text_model_is_lost(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", ["images.txt", "gt_images.txt"])
-def test_the_file_of_images_of_a_model_is_no_table(write, name):
+@pytest.mark.parametrize(
+    "comments", ["#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n", "", "# images\n"]
+)
+def test_the_file_of_images_of_a_model_is_no_table(write, name, comments):
     """Its columns are named in a comment, but its poses are world-to-camera."""
-    header = "#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
-    path = write(header + images(points=[""]), name)
+    path = write(comments + images(points=[""]), name)
     assert recognise(path) == "colmap"
     trajectory = read_colmap(path)
     assert trajectory.keys[0] == "0.png"
