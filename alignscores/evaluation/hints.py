@@ -219,8 +219,8 @@ def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     possibilities = {remedy.text: remedy.option}
     for other, after in sorted(tried, key=lambda pair: -pair[1].score):
         is_alike = other.alike != "" and other.alike == remedy.alike
-        is_as_likely = is_alike and _is_clear(state, after, other.min_t)
-        if is_as_likely or after.score > best.score - EQUAL:
+        is_as_likely = is_alike or not _is_clear(after, best, MIN_T)
+        if is_as_likely and _is_clear(state, after, other.min_t):
             advice = f"{other.text} ({name} {after.score:.3f} corrected); {other.option}"
             possibilities.setdefault(other.text, advice)
     text = f"{remedy.text} ({before}{best.score:.3f} corrected)"
