@@ -143,7 +143,7 @@ class _Remedy:
     reference: Trajectory
     estimate: Trajectory
     changes: dict[str, Any] = field(default_factory=dict)
-    min_t: float = MIN_T  # 0 for what steps or motions show on their own
+    min_t: float = MIN_T  # 0 for what steps, motions or a scale show on their own
     margin: float = EQUAL  # by which it must be better than a likelier one
     alike: str = ""  # names remedies that are as likely, whatever their scores
 
@@ -802,18 +802,20 @@ def _units_of_length(state: _State, files: Files) -> Iterator[_Remedy]:
     rows = _sample(state.scored)
     if len(rows) < MIN_CAMERAS:
         return
-    scale = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows]).scale
+    fit = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows])
+    min_t = 0.0 if fit.misfit <= MAX_MISFIT else MIN_T
     for factor, unit in LENGTHS.items():
         for side, other, ratio in ((EST, REF, factor), (REF, EST, 1 / factor)):
-            if abs(np.log(scale / ratio)) < 0.1:
+            if abs(np.log(fit.scale / ratio)) < 0.1:
                 poses = state.estimate.poses.copy()
                 poses[:, :3, 3] /= ratio
                 or_km = f", or those of {files.name(other)} in km" if unit == "mm" else ""
                 yield _Remedy(
                     "units",
                     f"the positions of {files.name(side)} seem to be in {unit}{or_km}, with an "
-                    f"estimate of {scale:.4g}x the reference",
+                    f"estimate of {fit.scale:.4g}x the reference",
                     "write both in one unit, or --alignment similarity removes the scale",
                     state.reference,
                     state.estimate._replace(poses=poses),
+                    min_t=min_t,
                 )

@@ -327,6 +327,20 @@ def test_an_estimate_in_millimetres_is_named_where_the_scale_counts():
     assert "the positions of the estimate seem to be in mm" in hint.text
 
 
+@pytest.mark.parametrize("units", [1e3, 1e2, 3.28084])
+def test_units_of_length_are_named_where_only_a_short_part_is_accurate(units):
+    """The scale shows them; the score gains in one stretch of time only."""
+    rng = np.random.default_rng(3)
+    times, truth = winding(rng)
+    estimate = truth.copy()
+    estimate[80:, :3, 3] += 0.1 * rng.normal(size=(820, 3))
+    pair = Trajectory(times, truth), Trajectory(times, estimate)
+    assert hints(*pair, alignment="rigid", unit=0.05) == []
+    estimate[:, :3, 3] *= units
+    (hint,) = hints(*pair, alignment="rigid", unit=0.05)
+    assert "the positions of the estimate seem to be in" in hint.text
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_noisy_cameras_that_look_ahead_are_no_motions(seed):
     """Their product would hide the noise, which adds up."""
