@@ -692,8 +692,8 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
         if len(rows) < MIN_CAMERAS:
             return
         now = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows])
-        # Products of poses in one frame hide their noise: both must turn as slowly as cameras.
-        are_slow = not is_named and _turn_slowly(reference) and _turn_slowly(estimate)
+        # Products of poses in one frame hide their noise: as motions, they must be a camera's.
+        are_slow = not is_named and _turns_slowly(reference) and not _has_constant(estimate)
         sides = [EST, REF] if now.misfit > MAX_MISFIT else []
         sides += [BOTH] if are_slow else []
     else:
@@ -750,8 +750,8 @@ def _from_identity(products: Trajectory, other: Trajectory) -> Trajectory:
     return Trajectory(other.keys, np.concatenate([np.eye(4)[None], products.poses]))
 
 
-def _turn_slowly(trajectory: Trajectory) -> bool:
-    """Return whether rows that are motions would be those of a camera, and are not all the same."""
+def _turns_slowly(trajectory: Trajectory) -> bool:
+    """Return whether a camera turns as slowly as usual by rows that are motions, but does turn."""
     rows = finite_rows(trajectory.poses)
     angles = rotation_angles(trajectory.poses[rows, :3, :3])
     if not len(angles) or _has_constant(trajectory):

@@ -637,10 +637,12 @@ def drifting(poses, rng):
 
 
 @pytest.mark.parametrize("timed", [True, False])
-def test_motions_in_both_files_are_named_where_the_estimate_drifts(timed):
+def test_motions_in_both_files_are_named_where_the_estimate_drifts_and_has_outliers(timed):
     rng = np.random.default_rng(7)
     times, truth = winding(rng)
     estimate = disturbed(drifting(truth, rng), rng)
+    lost = rng.permutation(len(times))[: len(times) // 4]
+    estimate[lost, :3, :3] = Rotation.random(len(lost), rng=rng).as_matrix()
     keys = times if timed else np.arange(len(times))
     right = evaluate(Trajectory(keys, truth), Trajectory(keys, estimate)).pas
     files = (Trajectory(keys, increments(poses)) for poses in (truth, estimate))
