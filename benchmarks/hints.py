@@ -264,6 +264,12 @@ def _transposed(written: Written, _: np.random.Generator) -> Written:
     return _with(written, poses)
 
 
+def _translations(written: Written, _: np.random.Generator) -> Written:
+    poses = written.path.poses.copy()
+    poses[:, :3, 3] = inverse_poses(poses)[:, :3, 3]
+    return _with(written, poses)
+
+
 def _w_first(written: Written, _: np.random.Generator) -> Written:
     return replace(written, w_first=True)
 
@@ -315,6 +321,7 @@ MISTAKES = {
     "lengths": Mistake(_in_other_lengths, "the positions of {file} seem to be in", EITHER),
     "inverted": Mistake(_inverted, "the poses of {file} seem to be world-to-camera", ANY),
     "rotations inverted": Mistake(_transposed, "the rotations of {file} seem to be", ANY),
+    "positions inverted": Mistake(_translations, "the positions of {file} seem to be", EITHER),
     "w first": Mistake(_w_first, "the quaternions of {file} seem to have w", ANY, (True,)),
     "inverted, w first": Mistake(
         _inverted_w_first, "quaternions of {file} seem .* poses of {file} seem", ANY, (True,)
@@ -326,8 +333,8 @@ MISTAKES = {
     "motions": Mistake(_motions, "the rows of {file} seem to be motions from", ANY),
 }
 KINDS = (  # kinds of hints on mistakes
-    *("clock", "units", "inverted", "inverted rotations", "quaternions", "frame", "mirrored"),
-    "increments",
+    *("clock", "units", "increments", "inverted", "inverted rotations", "inverted positions"),
+    *("quaternions", "frame", "mirrored"),
 )
 
 

@@ -5,6 +5,8 @@ With R_i, R̂_i the camera-to-world rotations and Q the rotation between the fra
 - *another camera frame*: R̂_i ≈ Q R_i B with one constant B, a swap of axes or any rotation.
 - *world-to-camera*: the same for inverted poses of either file, whose positions fit better, too.
 - *inverted rotations* with true positions: the same for transposed rotations of either file.
+- *inverted positions* with true rotations: positions fit better if they are taken for translations
+  of world-to-camera poses.
 - *quaternions with w at the wrong end*: the same for the rotations in true order, which may be
   those of world-to-camera poses, as COLMAP writes both.
 
@@ -39,6 +41,7 @@ __all__ = [
     "BOTH",
     "EST",
     "INVERTED",
+    "INVERTED_POSITIONS",
     "INVERTED_ROTATIONS",
     "INVERTED_W",
     "MAX_MISFIT",
@@ -76,6 +79,7 @@ COMMON = {  # common conventions of camera axes: B, and its name
     f"as a camera with {CAMERA} to a frame with {BODY}": OF_BODY.T,
 }
 INVERTED, INVERTED_ROTATIONS = "inverted", "inverted rotations"
+INVERTED_POSITIONS = "inverted positions"  # translations of inverse poses
 W_FIRST, W_LAST = "qw qx qy qz", "qx qy qz qw"
 INVERTED_W = {f"{INVERTED}, {order}": order for order in (W_FIRST, W_LAST)}  # two mistakes
 REF, EST, BOTH = "reference", "estimate", "both"
@@ -85,7 +89,8 @@ REF, EST, BOTH = "reference", "estimate", "both"
 class Convention:
     """The convention under which an estimate fits its reference; all is empty if there is none."""
 
-    # by file: INVERTED, INVERTED_ROTATIONS, the true order of quaternions, or one of INVERTED_W
+    # by file: INVERTED, INVERTED_ROTATIONS, INVERTED_POSITIONS, the true order of quaternions, or
+    # one of INVERTED_W
     mistakes: Mapping[str, str] = field(default_factory=dict)
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
     is_ambiguous: bool = False  # whether the other file may as well have it
@@ -150,8 +155,8 @@ def find_conventions(
         )
         body = None if fit.has_same_axes else fit.body
         convention = Convention(mistakes, body, is_ambiguous, fit.pair.inverted)
-        key = tuple(mistakes.items() if is_ambiguous else mistakes.values())
-        conventions.setdefault(key, convention)
+        names = tuple(mistakes.items() if is_ambiguous else mistakes.values())
+        conventions.setdefault((*names, *fit.pair.inverted), convention)
     # Poor positions may hide that poses are inverted.
     may_be_inverted = [
         replace(convention, mistakes=dict.fromkeys(convention.mistakes, INVERTED))
@@ -190,9 +195,15 @@ class _Pair(NamedTuple):
     inverted: Collection[str] = ()
 
     @property
+    def is_of_rotations(self) -> bool:
+        """Whether a mistake is in rotations only."""
+        others = {INVERTED, INVERTED_POSITIONS, *INVERTED_W}
+        return others.isdisjoint(self.mistakes.values())
+
+    @property
     def has_moved(self) -> bool:
-        """Whether the mistake was in positions, too."""
-        return not {INVERTED, *INVERTED_W}.isdisjoint(self.mistakes.values())
+        """Whether positions depend on the mistake, as those of inverted poses do on rotations."""
+        return bool(self.inverted) or not self.is_of_rotations
 
 
 class _Candidate(NamedTuple):
@@ -273,7 +284,7 @@ def _candidates(
 def _of_rotations(pairs: list[_Pair]) -> Iterator[tuple[_Pair, Floats | None]]:
     """Yield trajectories without mistakes in the rotations only, and B."""
     none, *swaps = COMMON.values()
-    yield from ((pair, none) for pair in pairs if not pair.has_moved)
+    yield from ((pair, none) for pair in pairs if pair.is_of_rotations)
     transposed = [pair for pair in pairs if INVERTED_ROTATIONS in pair.mistakes.values()]
     yield from ((pair, axes) for axes in swaps for pair in transposed)
 
@@ -347,8 +358,7 @@ def _corrected(
             for poses, side in ((original.gt, REF), (original.est, EST))
         )
         pair = _Pair(mistakes, gt, est, original.positions, before)
-        moves = before or pair.has_moved
-        yield pair._replace(positions=fit_positions(gt, est)) if moves else pair
+        yield pair._replace(positions=fit_positions(gt, est)) if pair.has_moved else pair
 
 
 def _transposed(poses: Floats) -> Floats:
@@ -376,6 +386,7 @@ CORRECTIONS: dict[str, Callable[[Floats], Floats]] = {  # what corrects a mistak
     W_FIRST: partial(_reordered, shift=-1),
     W_LAST: partial(_reordered, shift=1),
 }
+CORRECTIONS[INVERTED_POSITIONS] = partial(_inverted_after, _transposed)
 CORRECTIONS |= {
     mistake: partial(_inverted_after, CORRECTIONS[order]) for mistake, order in INVERTED_W.items()
 }
@@ -383,6 +394,7 @@ MISTAKES: list[dict[str, str]] = [  # of one file or both, where orders of quate
     dict.fromkeys(sides, mistake)
     for mistake in CORRECTIONS
     for sides in ((EST,), (REF,), (REF, EST))
+    if mistake != INVERTED_POSITIONS or len(sides) == 1  # in both they fit whatever is wrong
 ]
 MISTAKES += [
     dict(zip((REF, EST), orders, strict=True))

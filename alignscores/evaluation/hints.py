@@ -29,6 +29,7 @@ from .conventions import (
     BOTH,
     EST,
     INVERTED,
+    INVERTED_POSITIONS,
     INVERTED_ROTATIONS,
     INVERTED_W,
     MAX_MISFIT,
@@ -408,8 +409,8 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     for frames in sorted(shifts, key=lambda n: abs(n - shift)):
         yield _Remedy(
             "clock",
-            f"its frames are off by {abs(frames)}: its motions fit those of {files.reference} best "
-            f"if its frame 0 is frame {frames}",
+            f"its frames are off by {abs(frames)} against those of {files.reference}: motions fit "
+            f"best if its frame 0 is frame {frames}",
             "write the number of its frame before each pose",
             reference,
             estimate._replace(keys=estimate.keys + frames),
@@ -535,7 +536,7 @@ def _of_convention(
     names = files.name(BOTH if len(sides) == 2 else sides[0])
     texts, options = [], []
     orders = {side: INVERTED_W.get(mistake, mistake) for side, mistake in mistakes.items()}
-    if kinds.isdisjoint({INVERTED, INVERTED_ROTATIONS}):
+    if kinds.isdisjoint({INVERTED, INVERTED_ROTATIONS, INVERTED_POSITIONS}):
         texts.append(f"the quaternions of {names} seem to have w at the wrong end")
         columns = _columns(state, files, orders)
         if columns is None:
@@ -552,6 +553,12 @@ def _of_convention(
         options.append(
             f"transpose them in the {'camera-to-world poses' if is_of_poses else 'file'}"
         )
+    if INVERTED_POSITIONS in kinds:
+        true, seem = "world-to-camera translations", "camera centres"
+        if not convention.inverted:
+            true, seem = seem, true
+        texts.append(f"the positions of {names} seem to be {seem}, rotations not")
+        options.append(f"write {true}, -R t, in their place")
     is_inverted_w = kinds <= {*INVERTED_W}
     if INVERTED in kinds or is_inverted_w:
         text, option = _of_inverted(state, files, sides, "--body_rotation auto" if frame else "")
@@ -562,7 +569,7 @@ def _of_convention(
         texts.append(frame)
         option += ", and add --body_rotation auto" if "--body_rotation" not in option else ""
     text = ", and ".join(texts)
-    (kind,) = kinds & {INVERTED, INVERTED_ROTATIONS} or {"quaternions"}
+    (kind,) = kinds & {INVERTED, INVERTED_ROTATIONS, INVERTED_POSITIONS} or {"quaternions"}
     alike = kind if convention.is_ambiguous else ""
     yield _Remedy(kind, text, option, ref, est, changes, alike=alike)
 

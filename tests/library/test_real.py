@@ -136,7 +136,7 @@ def test_s_ptam_is_a_frame_late_on_kitti_00(real):
     """Its ATE, TAS and RAS are better if its row n is frame n + 1."""
     evaluation = evaluate(real / "KITTI_00_gt.txt", real / "KITTI_00_SPTAM.txt")
     (hint,) = [str(note) for note in evaluation.notes if note.kind == "clock"]
-    assert hint.startswith("its frames are off by 1: ")
+    assert hint.startswith("its frames are off by 1 against those of ")
     reference, estimate = evaluation.reference, evaluation.estimate
     later = evaluate(reference, estimate._replace(keys=estimate.keys + 1))
     assert later.ate < evaluation.ate - 0.1

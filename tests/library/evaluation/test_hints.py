@@ -17,7 +17,8 @@ from alignscores.show.tables import conditions
 from tests.files import write_stamped
 
 CASES = Path(__file__).resolve().parents[4] / "shared" / "cases"
-KINDS = {"inverted", "inverted rotations", "quaternions", "mirrored", "frame", "clock"}
+KINDS = {"inverted", "inverted rotations", "inverted positions", "quaternions", "mirrored"}
+KINDS |= {"frame", "clock"}
 KINDS |= {"increments", "units"}
 
 
@@ -508,6 +509,25 @@ def test_w_at_the_wrong_end_in_both_files_is_named(orders, inverted):
     true_orders = " and ".join(dict.fromkeys(names[index] for index in orders))
     assert f"{right:.3f} corrected); reorder them, since they are {true_orders}" in both
     assert ("the poses of both the reference and the estimate" in both) == inverted
+
+
+@pytest.mark.parametrize("side", ["reference", "estimate"])
+@pytest.mark.parametrize("inverted", [False, True])
+def test_positions_of_another_convention_than_rotations_are_named(side, inverted):
+    """World-to-camera translations with camera-to-world rotations, or the other way round."""
+    rng = np.random.default_rng(5)
+    times, truth = winding(rng)
+    pair = {"reference": truth, "estimate": disturbed(truth, rng)}
+    right = evaluate(*(Trajectory(times, poses) for poses in pair.values())).pas
+    wrong = inverse_poses(pair[side]) if inverted else pair[side].copy()
+    wrong[:, :3, 3] = inverse_poses(wrong)[:, :3, 3]
+    pair[side] = wrong
+    options = {f"{side[:3]}_invert": True} if inverted else {}
+    (hint,) = hints(*(Trajectory(times, poses) for poses in pair.values()), **options)
+    seem = "camera centres" if inverted else "world-to-camera translations"
+    assert f"the positions of the {side} seem to be {seem}, rotations not" in hint.text
+    assert f"{right:.3f} corrected" in hint.text
+    assert "-R t, in their place" in hint.remedy
 
 
 def hints(reference, estimate, **settings):
