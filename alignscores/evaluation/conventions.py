@@ -164,7 +164,16 @@ def find_conventions(
         if INVERTED_ROTATIONS in convention.mistakes.values()
         and not (len(convention.mistakes) == 2 and _hides_errors(original, inverse_poses(gt)))
     ]
-    return [*conventions.values(), *may_be_inverted]
+    found = [*conventions.values(), *may_be_inverted]
+    both = dict.fromkeys((REF, EST), INVERTED)
+    has_frame = any(not each.mistakes and each.body_rotation is not None for each in found)
+    if has_frame and all(each.mistakes != both for each in found):
+        # If both files are inverted, coordinate frames that differ look like camera frames.
+        rotation = original.positions.rotation
+        is_in_same_frame = rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
+        if is_in_same_frame and not _hides_errors(original, inverse_poses(gt)):
+            found.append(Convention(both))
+    return found
 
 
 def moving_cameras(gt_poses: Floats, est_poses: Floats) -> Indices:

@@ -476,21 +476,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
             yield _Remedy(
                 "frame", frame, option, state.reference, state.estimate, changes, alike=alike
             )
-            if _is_in_same_frame(state.scored):
-                both = Convention({REF: INVERTED, EST: INVERTED})
-                for remedy in _of_convention(state, files, both, "", {}):
-                    yield replace(remedy, alike=alike)
     yield from (replace(mirror, margin=CLEAR) for mirror in mirrors)
-
-
-def _is_in_same_frame(scored: Scored) -> bool:
-    """Return whether positions fit without a rotation.
-
-    If both files are inverted, coordinate frames that differ by a rotation look like camera frames.
-    """
-    rows = _sample(scored)
-    rotation = fit_positions(scored.gt_poses[rows], scored.est_poses[rows]).rotation
-    return rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
 
 
 def _may_have_lever_arm(scored: Scored) -> bool:

@@ -215,8 +215,17 @@ def is_images(text: str) -> bool:
     """Return whether a file that begins with this text has the images of a model."""
     if re.search("^# *IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ,", text, re.MULTILINE):
         return True
-    first_row = r"\d+ +([-+.\deE]+ +){7}\d+ +.*[^\W\d_]"  # without that comment
-    return bool(re.match(rf"(#.*\n)*{first_row}", text))
+    rows = [line for line in text.splitlines() if not line.startswith("#")]
+    values = rows[0].split(maxsplit=9) if rows else []
+    return len(values) == 10 and _are_numbers(values[:9]) and not _are_numbers(values[9].split())
+
+
+def _are_numbers(words: list[str]) -> bool:
+    try:
+        np.array(words, dtype=np.float64)
+    except ValueError:
+        return False
+    return True
 
 
 def _read_file(path: Path) -> Trajectory:

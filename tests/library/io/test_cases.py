@@ -574,6 +574,12 @@ def test_the_file_of_images_of_a_model_is_no_table(write, name, comments):
     np.testing.assert_allclose(trajectory.positions, POSITIONS[order], atol=1e-7)
 
 
+def test_numbered_matrices_are_a_table(write):
+    """Rounding leaves exponents where a name would be."""
+    rows = [f"{n} 1 0 0 {n} 0 1 0 0 -5e-17 -1e-17 1 0\n" for n in range(9)]
+    assert recognise(write("".join(rows))) == "tum"
+
+
 def test_the_first_of_two_images_of_a_name_counts(tmp_path):
     lines = images(points=[""]).splitlines()
     lines[74] = lines[74].replace("37.png", "2.png")
