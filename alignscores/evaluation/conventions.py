@@ -93,7 +93,6 @@ class Convention:
     # one of INVERTED_W
     mistakes: Mapping[str, str] = field(default_factory=dict)
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
-    is_ambiguous: bool = False  # whether the other file may as well have it
     inverted: Collection[str] = ()  # files that were inverted when they were read, after a mistake
 
 
@@ -147,16 +146,10 @@ def find_conventions(
     ]
     conventions: dict[tuple[Any, ...], Convention] = {}
     for fit in equal:
-        mistakes = fit.pair.mistakes
-        swapped = {REF if side == EST else EST: mistake for side, mistake in mistakes.items()}
-        is_ambiguous = len(mistakes) == 1 and any(
-            other.pair.mistakes == swapped and np.allclose(other.body, fit.body, atol=1e-6)
-            for other in equal
-        )
+        mistakes, before = fit.pair.mistakes, fit.pair.inverted
         body = None if fit.has_same_axes else fit.body
-        convention = Convention(mistakes, body, is_ambiguous, fit.pair.inverted)
-        names = tuple(mistakes.items() if is_ambiguous else mistakes.values())
-        conventions.setdefault((*names, *fit.pair.inverted), convention)
+        key = (*mistakes.items(), *before)
+        conventions.setdefault(key, Convention(mistakes, body, before))
     # Poor positions may hide that poses are inverted.
     may_be_inverted = [
         replace(convention, mistakes=dict.fromkeys(convention.mistakes, INVERTED))
@@ -271,21 +264,22 @@ def _candidates(
     """Yield both trajectories, and B (None: any), the likeliest first.
 
     Where other positions fit better, only they are candidates. In one coordinate frame, another
-    camera frame and the same mistake in the rotations of both files may be alike.
+    camera frame and the same mistake in the rotations of both files may be alike, and errors of the
+    same size are a smaller part of a longer path.
     """
+    now = original.positions
+    is_longer = all(len(pair.mistakes) == 2 and pair.positions.error > now.error for pair in moved)
+    inputs = [original, *moved] if is_longer else moved
+    inverted = [pair for pair in inputs if {*pair.mistakes.values()} <= {INVERTED}]
     none, *swaps = COMMON.values()
-    inputs = moved or [original]
-    one, both = ([pair for pair in pairs if len(pair.mistakes) == n] for n in (1, 2))
-    yield from ((pair, axes) for axes in (none, *swaps) for pair in inputs)
+    yield from ((pair, none) for pair in inputs)
+    yield from ((pair, axes) for axes in swaps for pair in inverted)
+    nearer = [pair for pair in pairs if pair.positions.error <= now.error]
+    one, both = ([pair for pair in nearer if len(pair.mistakes) == n] for n in (1, 2))
     if not moved:
         yield from _of_rotations(one)
-        yield from (
-            (pair, none)
-            for pair in one
-            if INVERTED_W.keys() & pair.mistakes.values()
-            and pair.positions.error < original.positions.error
-        )
-    yield from ((pair, None) for pair in inputs)
+        yield from ((pair, none) for pair in one if INVERTED_W.keys() & pair.mistakes.values())
+    yield from ((pair, None) for pair in inverted)
     if not moved:
         yield from _of_rotations(both)
 

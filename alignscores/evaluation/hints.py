@@ -34,7 +34,6 @@ from .conventions import (
     INVERTED_W,
     MAX_MISFIT,
     MIN_CAMERAS,
-    NEAR_DEG,
     REF,
     Convention,
     PositionFit,
@@ -42,7 +41,6 @@ from .conventions import (
     describe_rotation,
     find_conventions,
     fit_positions,
-    is_common,
     moving_cameras,
 )
 from .evaluation import Hint, Note
@@ -460,6 +458,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     mirrors = list(_mirrors(state, files)) if found else []
     if mirrors and _fits_mirrored(state.scored, state.settings):
         yield from mirrors
+    has_frame = any(not convention.mistakes for convention in found)
     for convention in found:
         frame, body_rotation = "", convention.body_rotation
         if body_rotation is not None:
@@ -469,12 +468,13 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
             )
         changes = {"body_rotation": "auto"} if frame else {}
         if convention.mistakes:
-            yield from _of_convention(state, files, convention, frame, changes)
+            for remedy in _of_convention(state, files, convention, frame, changes):
+                is_like_frame = has_frame and len(convention.mistakes) == 2
+                yield replace(remedy, alike="frame") if is_like_frame else remedy
         elif body_rotation is not None:
             option = "--body_rotation auto removes it"
-            alike = "" if is_common(body_rotation) else "frame"
             yield _Remedy(
-                "frame", frame, option, state.reference, state.estimate, changes, alike=alike
+                "frame", frame, option, state.reference, state.estimate, changes, alike="frame"
             )
     yield from (replace(mirror, margin=CLEAR) for mirror in mirrors)
 
@@ -556,8 +556,7 @@ def _of_convention(
         option += ", and add --body_rotation auto" if "--body_rotation" not in option else ""
     text = ", and ".join(texts)
     (kind,) = kinds & {INVERTED, INVERTED_ROTATIONS, INVERTED_POSITIONS} or {"quaternions"}
-    alike = kind if convention.is_ambiguous else ""
-    yield _Remedy(kind, text, option, ref, est, changes, alike=alike)
+    yield _Remedy(kind, text, option, ref, est, changes, alike=kind)
 
 
 def _of_inverted(
