@@ -315,7 +315,12 @@ def _moved(original: _Pair, pairs: list[_Pair]) -> list[_Pair]:
         if pair.positions is not now
         and not (len(pair.mistakes) == 2 and _hides_errors(original, pair.gt))
     ]
-    errors = [pair.positions.error for pair in pairs if pair.positions.is_much_better_than(now)]
+    errors = [
+        pair.positions.error
+        for pair in pairs
+        if pair.positions.is_much_better_than(now)
+        or (pair.positions.error < now.error / 3 and pair.positions.misfit < now.misfit)
+    ]
     if not errors:
         return []
     max_error = max(2 * min(errors), ROUNDING * now.error)
