@@ -94,6 +94,7 @@ class Convention:
     mistakes: Mapping[str, str] = field(default_factory=dict)
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
     inverted: Collection[str] = ()  # files that were inverted when they were read, after a mistake
+    is_unlikely: bool = False  # whether others that fit as well take one mistake fewer
 
 
 def find_conventions(
@@ -127,7 +128,7 @@ def find_conventions(
         now = as_it_is if is_frame else near  # a mistake must explain more than inaccuracy
         gain = MIN_GAIN if fit.is_consistent else min(0.3, (1 - now) / 2)
         min_ras = as_it_is - EQUAL if are_truer else now + gain
-        if fit.ras - fit.optimism >= min_ras:
+        if fit.ras >= min_ras:
             better.append(fit)
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
     better = [
@@ -142,14 +143,15 @@ def find_conventions(
     equal = [
         fit
         for fit in fits
-        if fit.ras > min_ras and fit.n_causes <= n_causes and not fit.apart_deg > max_apart
+        if fit.ras > min_ras and fit.n_causes <= n_causes + 1 and not fit.apart_deg > max_apart
     ]
     conventions: dict[tuple[Any, ...], Convention] = {}
     for fit in equal:
         mistakes, before = fit.pair.mistakes, fit.pair.inverted
         body = None if fit.has_same_axes else fit.body
         key = (*mistakes.items(), *before)
-        conventions.setdefault(key, Convention(mistakes, body, before))
+        is_unlikely = fit.n_causes > n_causes
+        conventions.setdefault(key, Convention(mistakes, body, before, is_unlikely))
     # Poor positions may hide that poses are inverted.
     may_be_inverted = [
         replace(convention, mistakes=dict.fromkeys(convention.mistakes, INVERTED))
@@ -211,11 +213,10 @@ class _Pair(NamedTuple):
 class _Candidate(NamedTuple):
     """How well rotations fit without a mistake, and with B."""
 
-    ras: float
+    ras: float  # without what is owed to a B fitted to the same cameras
     apart_deg: float  # between the alignments of rotations and positions; nan if these have none
     pair: _Pair
     body: Floats
-    optimism: float  # part of the RAS that is owed to a B fitted to the same cameras
 
     @property
     def has_same_axes(self) -> bool:
@@ -238,11 +239,11 @@ def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
     """Return how well rotations fit with these axes of the cameras, None for any."""
     body = _fitted_frame(pair.gt, pair.est, pair.positions.rotation) if axes is None else axes
     ras, frame = _ras(pair.gt, pair.est, body)
-    optimism = _optimism(pair) if axes is None else 0.0
+    ras -= _optimism(pair) if axes is None else 0.0
     apart = np.nan
     if pair.positions.rotation is not None:
         apart = float(rotation_angles((pair.positions.rotation.T @ frame)[None])[0])
-    return _Candidate(ras, apart, pair, body, optimism)
+    return _Candidate(ras, apart, pair, body)
 
 
 def _optimism(pair: _Pair) -> float:

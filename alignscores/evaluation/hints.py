@@ -209,7 +209,10 @@ def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     tried = [(remedy, after) for remedy in remedies if (after := state.after(remedy))]
     remedy, best = None, state
     for other, after in tried:
-        if after.score > best.score + (other.margin if remedy else 0):
+        margin = 0.0
+        if remedy:
+            margin = EQUAL if other.kind == remedy.kind else other.margin
+        if after.score > best.score + margin:
             remedy, best = other, after
     if remedy is None or not _is_clear(state, best, remedy.min_t):
         return state
@@ -218,8 +221,8 @@ def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
     possibilities = {remedy.text: remedy.option}
     for other, after in sorted(tried, key=lambda pair: -pair[1].score):
         is_alike = other.alike != "" and other.alike == remedy.alike
-        is_as_likely = is_alike or not _is_clear(after, best, MIN_T)
-        if is_as_likely and _is_clear(state, after, other.min_t):
+        is_equal = after.score > best.score - EQUAL or not _is_clear(after, best, MIN_T)
+        if (is_alike or is_equal) and _is_clear(state, after, other.min_t):
             advice = f"{other.text} ({name} {after.score:.3f} corrected); {other.option}"
             possibilities.setdefault(other.text, advice)
     text = f"{remedy.text} ({before}{best.score:.3f} corrected)"
@@ -470,7 +473,11 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         if convention.mistakes:
             for remedy in _of_convention(state, files, convention, frame, changes):
                 is_like_frame = has_frame and len(convention.mistakes) == 2
-                yield replace(remedy, alike="frame") if is_like_frame else remedy
+                yield replace(
+                    remedy,
+                    alike="frame" if is_like_frame else remedy.alike,
+                    margin=CLEAR if convention.is_unlikely else remedy.margin,
+                )
         elif body_rotation is not None:
             option = "--body_rotation auto removes it"
             yield _Remedy(
