@@ -143,7 +143,9 @@ def find_conventions(
     equal = [
         fit
         for fit in fits
-        if fit.ras > min_ras and fit.n_causes <= n_causes + 1 and not fit.apart_deg > max_apart
+        if fit.ras + fit.optimism > min_ras
+        and fit.n_causes <= n_causes + 1
+        and not fit.apart_deg > max_apart
     ]
     conventions: dict[tuple[Any, ...], Convention] = {}
     for fit in equal:
@@ -213,10 +215,11 @@ class _Pair(NamedTuple):
 class _Candidate(NamedTuple):
     """How well rotations fit without a mistake, and with B."""
 
-    ras: float  # without what is owed to a B fitted to the same cameras
+    ras: float  # without the optimism
     apart_deg: float  # between the alignments of rotations and positions; nan if these have none
     pair: _Pair
     body: Floats
+    optimism: float  # part of the RAS that is owed to a B fitted to the same cameras
 
     @property
     def has_same_axes(self) -> bool:
@@ -239,11 +242,11 @@ def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
     """Return how well rotations fit with these axes of the cameras, None for any."""
     body = _fitted_frame(pair.gt, pair.est, pair.positions.rotation) if axes is None else axes
     ras, frame = _ras(pair.gt, pair.est, body)
-    ras -= _optimism(pair) if axes is None else 0.0
+    optimism = _optimism(pair) if axes is None else 0.0
     apart = np.nan
     if pair.positions.rotation is not None:
         apart = float(rotation_angles((pair.positions.rotation.T @ frame)[None])[0])
-    return _Candidate(ras, apart, pair, body)
+    return _Candidate(ras - optimism, apart, pair, body, optimism)
 
 
 def _optimism(pair: _Pair) -> float:
