@@ -266,7 +266,7 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
         for step, usual in zip(steps, is_usual, strict=True)
     ]
     for of_ref, of_est in product(*factors):
-        if of_ref == of_est == 1 or (any(is_usual) and 1 not in (of_ref, of_est)):
+        if of_ref == of_est == 1:
             continue
         ref, est = (
             trajectory._replace(keys=trajectory.keys * factor)
@@ -277,10 +277,11 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
             for side, factor in ((REF, of_ref), (EST, of_est))
             if factor != 1
         }
-        if "" in units.values():
+        are_of_one_unit = len({*units.values()}) == 1
+        if "" in units.values() or (any(is_usual) and not are_of_one_unit):
             continue
         text = " and ".join(f"{unit} in {files.name(side)}" for side, unit in units.items())
-        if len(units) == 2 and len({*units.values()}) == 1:
+        if len(units) == 2 and are_of_one_unit:
             text = f"{units[REF]} in {files.name(BOTH)}"
         columns = {side: f"t_{unit}" for side, unit in units.items()}
         option = _columns(state, files, columns)
