@@ -81,6 +81,7 @@ COMMON = {  # common conventions of camera axes: B, and its name
 INVERTED, INVERTED_ROTATIONS = "inverted", "inverted rotations"
 INVERTED_POSITIONS = "inverted positions"  # translations of inverse poses
 W_FIRST, W_LAST = "qw qx qy qz", "qx qy qz qw"
+OF_ROTATIONS = {INVERTED_ROTATIONS, W_FIRST, W_LAST}
 INVERTED_W = {f"{INVERTED}, {order}": order for order in (W_FIRST, W_LAST)}  # two mistakes
 REF, EST, BOTH = "reference", "estimate", "both"
 
@@ -93,7 +94,6 @@ class Convention:
     # one of INVERTED_W
     mistakes: Mapping[str, str] = field(default_factory=dict)
     body_rotation: Floats | None = None  # its camera axes (columns) in the reference's camera frame
-    inverted: Collection[str] = ()  # files that were inverted when they were read, after a mistake
     is_unlikely: bool = False  # whether others that fit as well take one mistake fewer
 
 
@@ -115,7 +115,7 @@ def find_conventions(
         return []
     gt, est = gt_poses[rows], est_poses[rows]
     original = _Pair({}, gt, est, fit_positions(gt, est))
-    pairs = [pair for each in MISTAKES for pair in _corrected(original, each, inverted)]
+    pairs = [_corrected(original, mistakes, inverted) for mistakes in MISTAKES]
     moved = _moved(original, pairs)
     as_it_is = _ras(gt, est, np.eye(3))[0]
     are_truer = any(_are_truer(pair, original) for pair in moved)
@@ -149,11 +149,11 @@ def find_conventions(
     ]
     conventions: dict[tuple[Any, ...], Convention] = {}
     for fit in equal:
-        mistakes, before = fit.pair.mistakes, fit.pair.inverted
+        mistakes = fit.pair.mistakes
         body = None if fit.has_same_axes else fit.body
-        key = (*mistakes.items(), *before)
         is_unlikely = fit.n_causes > n_causes
-        conventions.setdefault(key, Convention(mistakes, body, before, is_unlikely))
+        convention = Convention(mistakes, body, is_unlikely)
+        conventions.setdefault(tuple(mistakes.items()), convention)
     # Poor positions may hide that poses are inverted.
     may_be_inverted = [
         replace(convention, mistakes=dict.fromkeys(convention.mistakes, INVERTED))
@@ -198,18 +198,7 @@ class _Pair(NamedTuple):
     gt: Floats
     est: Floats
     positions: "PositionFit"
-    inverted: Collection[str] = ()
-
-    @property
-    def is_of_rotations(self) -> bool:
-        """Whether a mistake is in rotations only."""
-        others = {INVERTED, INVERTED_POSITIONS, *INVERTED_W}
-        return others.isdisjoint(self.mistakes.values())
-
-    @property
-    def has_moved(self) -> bool:
-        """Whether positions depend on the mistake, as those of inverted poses do on rotations."""
-        return bool(self.inverted) or not self.is_of_rotations
+    has_moved: bool = False  # whether positions depend on the mistake, as inverse poses do
 
 
 class _Candidate(NamedTuple):
@@ -291,7 +280,7 @@ def _candidates(
 def _of_rotations(pairs: list[_Pair]) -> Iterator[tuple[_Pair, Floats | None]]:
     """Yield trajectories without mistakes in the rotations only, and B."""
     none, *swaps = COMMON.values()
-    yield from ((pair, none) for pair in pairs if pair.is_of_rotations)
+    yield from ((pair, none) for pair in pairs if {*pair.mistakes.values()} <= OF_ROTATIONS)
     transposed = [pair for pair in pairs if INVERTED_ROTATIONS in pair.mistakes.values()]
     yield from ((pair, axes) for axes in swaps for pair in transposed)
 
@@ -316,8 +305,7 @@ def _moved(original: _Pair, pairs: list[_Pair]) -> list[_Pair]:
     pairs = [
         pair
         for pair in pairs
-        if pair.positions is not now
-        and not (len(pair.mistakes) == 2 and _hides_errors(original, pair.gt))
+        if pair.has_moved and not (len(pair.mistakes) == 2 and _hides_errors(original, pair.gt))
     ]
     errors = [
         pair.positions.error
@@ -355,22 +343,16 @@ def _step(poses: Floats) -> float:
     return float(np.median(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)))
 
 
-def _corrected(
-    original: _Pair, mistakes: Mapping[str, str], inverted: Collection[str]
-) -> Iterator[_Pair]:
-    """Yield both trajectories without mistakes in one file or both.
-
-    They were made in poses as they are, or before they were inverted.
-    """
-    for before in [(), inverted] if inverted and INVERTED not in mistakes.values() else [()]:
-        if before and len(mistakes) == 1 and not mistakes.keys() <= {*before}:
-            continue
-        gt, est = (
-            corrected(poses, mistakes[side], inverted=side in before) if side in mistakes else poses
-            for poses, side in ((original.gt, REF), (original.est, EST))
-        )
-        pair = _Pair(mistakes, gt, est, original.positions, before)
-        yield pair._replace(positions=fit_positions(gt, est)) if pair.has_moved else pair
+def _corrected(original: _Pair, mistakes: Mapping[str, str], inverted: Collection[str]) -> _Pair:
+    """Return both trajectories without mistakes in one file or both, which may be `inverted`."""
+    gt, est = (
+        corrected(poses, mistakes[side], inverted=side in inverted) if side in mistakes else poses
+        for poses, side in ((original.gt, REF), (original.est, EST))
+    )
+    positions = original.positions
+    if not {*mistakes.values()} <= OF_ROTATIONS or not mistakes.keys().isdisjoint(inverted):
+        positions = fit_positions(gt, est)
+    return _Pair(mistakes, gt, est, positions, positions is not original.positions)
 
 
 def _transposed(poses: Floats) -> Floats:
@@ -416,7 +398,7 @@ MISTAKES += [
 
 
 def corrected(poses: Floats, mistake: str, *, inverted: bool) -> Floats:
-    """Return poses without a mistake, which was made before they were `inverted`."""
+    """Return poses without a mistake in their file; `inverted`: when they were read."""
     correct = CORRECTIONS[mistake]
     if inverted and mistake != INVERTED:
         return inverse_poses(correct(inverse_poses(poses)))

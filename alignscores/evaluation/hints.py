@@ -519,9 +519,10 @@ def _of_convention(
     reference, estimate, settings = state.reference, state.estimate, state.settings
     mistakes = convention.mistakes
     sides, kinds = [*mistakes], {*mistakes.values()}
+    inverted = _inverted(settings)
     ref, est = (
         trajectory._replace(
-            poses=corrected(trajectory.poses, mistakes[side], inverted=side in convention.inverted)
+            poses=corrected(trajectory.poses, mistakes[side], inverted=side in inverted)
         )
         if side in mistakes
         else trajectory
@@ -543,13 +544,10 @@ def _of_convention(
         )
     if INVERTED_ROTATIONS in kinds:
         texts.append(f"the rotations of {names} seem to be world-to-camera, positions not")
-        is_of_poses = _inverted(settings).intersection(sides) and not convention.inverted
-        options.append(
-            f"transpose them in the {'camera-to-world poses' if is_of_poses else 'file'}"
-        )
+        options.append("transpose them in the file")
     if INVERTED_POSITIONS in kinds:
         true, seem = "world-to-camera translations", "camera centres"
-        if not convention.inverted:
+        if inverted.isdisjoint(sides):
             true, seem = seem, true
         texts.append(f"the positions of {names} seem to be {seem}, rotations not")
         options.append(f"write {true}, -R t, in their place")
