@@ -35,6 +35,7 @@ from .conventions import (
     MAX_MISFIT,
     MIN_CAMERAS,
     REF,
+    W_FIRST,
     Convention,
     PositionFit,
     corrected,
@@ -532,6 +533,9 @@ def _of_convention(
     texts, options = [], []
     orders = {side: INVERTED_W.get(mistake, mistake) for side, mistake in mistakes.items()}
     if kinds.isdisjoint({INVERTED, INVERTED_ROTATIONS, INVERTED_POSITIONS}):
+        formats = {REF: settings.file_format, EST: settings.est_file_format}
+        if any(formats[side].w_first and order == W_FIRST for side, order in orders.items()):
+            return
         texts.append(f"the quaternions of {names} seem to have w at the wrong end")
         columns = _columns(state, files, orders)
         if columns is None:

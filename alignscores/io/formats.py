@@ -43,6 +43,7 @@ class Format:
     topics: bool = False  # whether a file may hold several trajectories, by topic
     tables: bool = False  # whether it is a text table, whose columns can be named
     inverted: bool = False  # whether poses are world-to-camera, and inverted when they are read
+    w_first: bool = False  # whether quaternions have w first by definition
     ordered: bool = True  # whether poses come in the order of time
     read_models: Callable[..., dict[str, Trajectory]] | None = None  # of a file with several
 
@@ -79,6 +80,7 @@ FORMATS = {
         "text tables 'name qw qx qy qz tx ty tz', world-to-camera, matched by name",
         read_hloc,
         inverted=True,
+        w_first=True,
         unit="units",
         tables=True,
         ordered=False,
@@ -90,6 +92,7 @@ FORMATS = {
         is_folder=has_model,
         begins=is_images,
         inverted=True,
+        w_first=True,
         unit="units",
         ordered=False,
         read_models=read_colmap_models,
