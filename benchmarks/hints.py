@@ -321,7 +321,7 @@ MISTAKES = {
     "lengths": Mistake(_in_other_lengths, "the positions of {file} seem to be in", EITHER),
     "inverted": Mistake(_inverted, "the poses of {file} seem to be world-to-camera", ANY),
     "rotations inverted": Mistake(_transposed, "the rotations of {file} seem to be", ANY),
-    "positions inverted": Mistake(_translations, "the positions of {file} seem to be", EITHER),
+    "positions inverted": Mistake(_translations, "the positions of {file} seem to be", ANY),
     "w first": Mistake(_w_first, "the quaternions of {file} seem to have w", ANY, (True,)),
     "inverted, w first": Mistake(
         _inverted_w_first, "quaternions of {file} seem .* poses of {file} seem", ANY, (True,)

@@ -388,7 +388,6 @@ MISTAKES: list[dict[str, str]] = [  # of one file or both, where orders of quate
     dict.fromkeys(sides, mistake)
     for mistake in CORRECTIONS
     for sides in ((EST,), (REF,), (REF, EST))
-    if mistake != INVERTED_POSITIONS or len(sides) == 1  # in both they fit whatever is wrong
 ]
 MISTAKES += [
     dict(zip((REF, EST), orders, strict=True))
