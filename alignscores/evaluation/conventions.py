@@ -117,60 +117,77 @@ def find_conventions(
     original = _Pair({}, gt, est, fit_positions(gt, est))
     pairs = [_corrected(original, mistakes, inverted) for mistakes in MISTAKES]
     moved = _moved(original, pairs)
-    as_it_is = _ras(gt, est, np.eye(3))[0]
     are_truer = any(_are_truer(pair, original) for pair in moved)
+    as_it_is = _ras(gt, est, np.eye(3))[0]
     if as_it_is + MIN_GAIN > 1 and not are_truer:
         return []
-    near, better = _ras_within_inaccuracy(original), []
     fits = [_fit(*candidate) for candidate in _candidates(original, moved, pairs)]
+    near = _ras_within_inaccuracy(original)
+    better = _clearly_better(fits, as_it_is, near, are_truer=are_truer)
+    n_causes = max((fit.n_causes for fit in better), default=0)
+    conventions: dict[tuple[Any, ...], Convention] = {}
+    for fit in _as_good(fits, better):
+        mistakes = fit.pair.mistakes
+        body = None if fit.has_same_axes else fit.body
+        convention = Convention(mistakes, body, is_unlikely=fit.n_causes > n_causes)
+        conventions.setdefault(tuple(mistakes.items()), convention)
+    found = [*conventions.values()]
+    return [*found, *_may_be_inverted(found, original)]
+
+
+def _clearly_better(
+    fits: "list[_Candidate]", as_it_is: float, near: float, *, are_truer: bool
+) -> "list[_Candidate]":
+    """Return the fits that raise the RAS clearly, also above those that take fewer mistakes.
+
+    `near` is the RAS within inaccuracy, which no mistake has to explain. If positions `are_truer`,
+    rotations need only fit as well.
+    """
+    better = []
     for fit in fits:
         is_frame = not fit.pair.mistakes and not fit.has_same_axes
-        now = as_it_is if is_frame else near  # a mistake must explain more than inaccuracy
+        now = as_it_is if is_frame else near
         gain = MIN_GAIN if fit.is_consistent else min(0.3, (1 - now) / 2)
-        min_ras = as_it_is - EQUAL if are_truer else now + gain
-        if fit.ras >= min_ras:
+        if fit.ras >= (as_it_is - EQUAL if are_truer else now + gain):
             better.append(fit)
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
-    better = [
+    return [
         fit
         for fit in better
         if all(fit.ras >= other.ras + MIN_GAIN for other in better if other.n_causes < fit.n_causes)
     ]
+
+
+def _as_good(fits: "list[_Candidate]", better: "list[_Candidate]") -> "list[_Candidate]":
+    """Return the fits that are as good as the best, and take at most one mistake more."""
     if not better:
         return []
     min_ras, n_causes = max(fit.ras for fit in better) - EQUAL, max(fit.n_causes for fit in better)
     max_apart = max(CONSISTENT_DEG, *(fit.apart_deg for fit in better))
-    equal = [
+    return [
         fit
         for fit in fits
         if fit.ras + fit.optimism > min_ras
         and fit.n_causes <= n_causes + 1
         and not fit.apart_deg > max_apart
     ]
-    conventions: dict[tuple[Any, ...], Convention] = {}
-    for fit in equal:
-        mistakes = fit.pair.mistakes
-        body = None if fit.has_same_axes else fit.body
-        is_unlikely = fit.n_causes > n_causes
-        convention = Convention(mistakes, body, is_unlikely)
-        conventions.setdefault(tuple(mistakes.items()), convention)
-    # Poor positions may hide that poses are inverted.
-    may_be_inverted = [
-        replace(convention, mistakes=dict.fromkeys(convention.mistakes, INVERTED))
-        for convention in conventions.values()
-        if INVERTED_ROTATIONS in convention.mistakes.values()
-        and not (len(convention.mistakes) == 2 and _hides_errors(original, inverse_poses(gt)))
-    ]
-    found = [*conventions.values(), *may_be_inverted]
-    both = dict.fromkeys((REF, EST), INVERTED)
+
+
+def _may_be_inverted(found: list[Convention], original: "_Pair") -> Iterator[Convention]:
+    """Yield inversions that poor positions, or a common coordinate frame, may hide."""
+    hides_errors = _hides_errors(original, inverse_poses(original.gt))
+    for convention in found:
+        is_of_both = len(convention.mistakes) == 2
+        if INVERTED_ROTATIONS in convention.mistakes.values() and not (is_of_both and hides_errors):
+            yield replace(convention, mistakes=dict.fromkeys(convention.mistakes, INVERTED))
+    # If both files are inverted, coordinate frames that differ look like camera frames.
     has_frame = any(not each.mistakes and each.body_rotation is not None for each in found)
-    if has_frame and all(each.mistakes != both for each in found):
-        # If both files are inverted, coordinate frames that differ look like camera frames.
-        rotation = original.positions.rotation
-        is_in_same_frame = rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
-        if is_in_same_frame and not _hides_errors(original, inverse_poses(gt)):
-            found.append(Convention(both))
-    return found
+    rotation = original.positions.rotation
+    is_in_same_frame = rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
+    both = Convention(dict.fromkeys((REF, EST), INVERTED))
+    is_found = any(each.mistakes == both.mistakes for each in found)
+    if has_frame and is_in_same_frame and not hides_errors and not is_found:
+        yield both
 
 
 def moving_cameras(gt_poses: Floats, est_poses: Floats) -> Indices:
