@@ -131,8 +131,9 @@ def find_conventions(
         body = None if fit.has_same_axes else fit.body
         convention = Convention(mistakes, body, is_unlikely=fit.n_causes > n_causes)
         conventions.setdefault(tuple(mistakes.items()), convention)
-    found = [*conventions.values()]
-    return [*found, *_may_be_inverted(found, original)]
+    for convention in _may_be_inverted([*conventions.values()], original):
+        conventions.setdefault(tuple(convention.mistakes.items()), convention)
+    return [*conventions.values()]
 
 
 def _clearly_better(
@@ -184,10 +185,8 @@ def _may_be_inverted(found: list[Convention], original: "_Pair") -> Iterator[Con
     has_frame = any(not each.mistakes and each.body_rotation is not None for each in found)
     rotation = original.positions.rotation
     is_in_same_frame = rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
-    both = Convention(dict.fromkeys((REF, EST), INVERTED))
-    is_found = any(each.mistakes == both.mistakes for each in found)
-    if has_frame and is_in_same_frame and not hides_errors and not is_found:
-        yield both
+    if has_frame and is_in_same_frame and not hides_errors:
+        yield Convention(dict.fromkeys((REF, EST), INVERTED))
 
 
 def moving_cameras(gt_poses: Floats, est_poses: Floats) -> Indices:
@@ -288,7 +287,8 @@ def _candidates(
     one, both = ([pair for pair in nearer if len(pair.mistakes) == n] for n in (1, 2))
     if not moved:
         yield from _of_rotations(one)
-        yield from ((pair, none) for pair in one if INVERTED_W.keys() & pair.mistakes.values())
+        inverses = {INVERTED, *INVERTED_W}
+        yield from ((pair, none) for pair in one if inverses.intersection(pair.mistakes.values()))
     yield from ((pair, None) for pair in inverted)
     if not moved:
         yield from _of_rotations(both)
