@@ -15,7 +15,7 @@ Q, which is then the rotation that aligns the positions. The RAS measures how we
 B of a few degrees is inaccuracy, which no mistake has to explain.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import permutations
@@ -59,6 +59,7 @@ __all__ = [
     "is_common",
     "moving_cameras",
     "rotate_cameras",
+    "turn_mirrored",
 ]
 
 NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
@@ -493,6 +494,19 @@ def _ras(gt_poses: Floats, est_poses: Floats, body: Floats) -> tuple[float, Floa
     frame = tlud_mean(est @ gt.swapaxes(1, 2))
     errors = rotation_angles((frame @ gt).swapaxes(1, 2) @ est)
     return float(np.maximum(1 - errors / NEAR_DEG, 0).mean()), frame
+
+
+def turn_mirrored(gt_poses: Floats, est_poses: Floats, mirrors: Iterable[Floats]) -> bool:
+    """Return whether one of some mirrors raises the RAS by 0.1, and positions fit."""
+    if fit_positions(gt_poses, est_poses).misfit > MAX_MISFIT:
+        return False
+    now = _ras(gt_poses, est_poses, np.eye(3))[0]
+    for mirror in mirrors:
+        mirrored = gt_poses.copy()
+        mirrored[:, :3, :3] = mirror @ gt_poses[:, :3, :3] @ mirror
+        if _ras(mirrored, est_poses, np.eye(3))[0] >= now + MIN_GAIN:
+            return True
+    return False
 
 
 class PositionFit(NamedTuple):

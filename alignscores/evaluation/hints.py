@@ -43,6 +43,7 @@ from .conventions import (
     find_conventions,
     fit_positions,
     moving_cameras,
+    turn_mirrored,
 )
 from .evaluation import Hint, Note
 from .lever import find_lever_arm, with_lever_arm
@@ -456,11 +457,15 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     if not state.scored:
         return
     found: list[Convention] = []
+    mirrors: list[_Remedy] = []
     if state.has_rotations:
         inverted = _inverted(state.settings)
         found = find_conventions(state.scored.gt_poses, state.scored.est_poses, inverted=inverted)
-    # On a plane, another convention and a mirror have much the same effect.
-    mirrors = list(_mirrors(state, files)) if found else []
+        rows = _sample(state.scored)
+        pair = state.scored.gt_poses[rows], state.scored.est_poses[rows]
+        # On a plane, another convention and a mirror have much the same effect.
+        if found or (len(rows) >= MIN_CAMERAS and turn_mirrored(*pair, MIRRORS.values())):
+            mirrors = list(_mirrors(state, files))
     if mirrors and _fits_mirrored(state.scored, state.settings):
         yield from mirrors
     has_frame = any(not convention.mistakes for convention in found)
@@ -586,12 +591,15 @@ def _of_inverted(
     if leave:
         return f"the poses of {names} seem to be camera-to-world", f"leave out {leave}"
     option = f"{' '.join([add, extra_option]).strip()} corrects it"
+    read = {
+        "camera-to-world" if side in _inverted(settings) else "world-to-camera" for side in sides
+    }
     if len(sides) == 2 and state.scored and _may_have_lever_arm(state.scored):
         option += (
             f"; if the positions of {files.estimate} are those of another point of its rig, "
             "--lever_arm auto instead"
         )
-    return f"the poses of {names} seem to be world-to-camera", option
+    return f"the poses of {names} seem to be {' and '.join(sorted(read))}", option
 
 
 def _sample(scored: Scored) -> Indices:

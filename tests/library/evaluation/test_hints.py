@@ -813,6 +813,21 @@ def test_a_single_pose_has_no_unit_of_time():
         evaluate(Trajectory(times, truth), Trajectory(times[:1], truth[:1]))
 
 
+def test_a_left_handed_path_near_a_plane_is_named_by_its_rotations():
+    """Mirrored positions fit as well; rotations fit no other convention."""
+    rng = np.random.default_rng(9)
+    _, truth = winding(rng)
+    truth[:, 2, 3] *= 0.005
+    vectors = Rotation.from_matrix(truth[:, :3, :3]).as_rotvec() * [0.02, 0.03, 1.0]
+    truth[:, :3, :3] = Rotation.from_rotvec(vectors).as_matrix()
+    estimate = disturbed(truth, rng)
+    right = evaluate(truth, estimate).pas
+    mirror = np.diag([1.0, 1.0, -1.0, 1.0])
+    (hint,) = hints(truth, mirror @ estimate @ mirror)
+    assert hint.kind == "mirrored"
+    assert f"{right:.3f} corrected" in str(hint)
+
+
 def test_swapped_axes_of_positions_and_rotations_are_named():
     """In another camera frame only rotations would fit."""
     rng = np.random.default_rng(9)
