@@ -217,10 +217,13 @@ def is_images(text: str) -> bool:
         return True
     rows = [line for line in text.splitlines() if not line.startswith("#")]
     values = rows[0].split(maxsplit=9) if rows else []
-    return len(values) == 10 and _are_numbers(values[:9]) and not _are_numbers(values[9].split())
+    if len(values) < 10 or not (values[0].isdigit() and values[8].isdigit()):
+        return False
+    return _are_numbers(values[1:8]) and not _are_numbers(values[9].split())
 
 
 def _are_numbers(words: list[str]) -> bool:
+    """Return whether all words are numbers."""
     try:
         np.array(words, dtype=np.float64)
     except ValueError:

@@ -580,6 +580,11 @@ def test_numbered_matrices_are_a_table(write):
     assert recognise(write("".join(rows))) == "tum"
 
 
+def test_a_table_with_labels_has_no_images_of_a_model(write):
+    rows = [f"{n / 10} 1 2 3 0 0 0 1 0 camera_a\n" for n in range(9)]
+    assert recognise(write("".join(rows))) != "colmap"
+
+
 def test_the_first_of_two_images_of_a_name_counts(tmp_path):
     lines = images(points=[""]).splitlines()
     lines[74] = lines[74].replace("37.png", "2.png")
