@@ -59,7 +59,7 @@ __all__ = [
     "is_common",
     "moving_cameras",
     "rotate_cameras",
-    "turn_mirrored",
+    "rotations_fit_mirrored",
 ]
 
 NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
@@ -123,6 +123,7 @@ def find_conventions(
     if as_it_is + MIN_GAIN > 1 and not are_truer:
         return []
     fits = [_fit(*candidate) for candidate in _candidates(original, moved, pairs)]
+    fits = [fit for fit in fits if fit.n_causes]  # a B near the identity is no convention
     near = _ras_within_inaccuracy(original)
     better = _clearly_better(fits, as_it_is, near, are_truer=are_truer)
     n_causes = max((fit.n_causes for fit in better), default=0)
@@ -280,17 +281,17 @@ def _candidates(
     now = original.positions
     is_longer = all(len(pair.mistakes) == 2 and pair.positions.error > now.error for pair in moved)
     inputs = [original, *moved] if is_longer else moved
-    inverted = [pair for pair in inputs if {*pair.mistakes.values()} <= {INVERTED}]
+    may_have_frame = [pair for pair in inputs if {*pair.mistakes.values()} <= {INVERTED}]
     none, *swaps = COMMON.values()
     yield from ((pair, none) for pair in inputs)
-    yield from ((pair, axes) for axes in swaps for pair in inverted)
+    yield from ((pair, axes) for axes in swaps for pair in may_have_frame)
     nearer = [pair for pair in pairs if pair.positions.error <= now.error]
     one, both = ([pair for pair in nearer if len(pair.mistakes) == n] for n in (1, 2))
     if not moved:
         yield from _of_rotations(one)
         inverses = {INVERTED, *INVERTED_W}
         yield from ((pair, none) for pair in one if inverses.intersection(pair.mistakes.values()))
-    yield from ((pair, None) for pair in inverted)
+    yield from ((pair, None) for pair in may_have_frame)
     if not moved:
         yield from _of_rotations(both)
 
@@ -496,16 +497,14 @@ def _ras(gt_poses: Floats, est_poses: Floats, body: Floats) -> tuple[float, Floa
     return float(np.maximum(1 - errors / NEAR_DEG, 0).mean()), frame
 
 
-def turn_mirrored(gt_poses: Floats, est_poses: Floats, mirrors: Iterable[Floats]) -> bool:
+def rotations_fit_mirrored(gt_poses: Floats, est_poses: Floats, mirrors: Iterable[Floats]) -> bool:
     """Return whether one of some mirrors raises the RAS by 0.1, and positions fit."""
-    if fit_positions(gt_poses, est_poses).misfit > MAX_MISFIT:
-        return False
-    now = _ras(gt_poses, est_poses, np.eye(3))[0]
+    min_ras = _ras(gt_poses, est_poses, np.eye(3))[0] + MIN_GAIN
     for mirror in mirrors:
         mirrored = gt_poses.copy()
         mirrored[:, :3, :3] = mirror @ gt_poses[:, :3, :3] @ mirror
-        if _ras(mirrored, est_poses, np.eye(3))[0] >= now + MIN_GAIN:
-            return True
+        if _ras(mirrored, est_poses, np.eye(3))[0] >= min_ras:
+            return fit_positions(gt_poses, est_poses).misfit <= MAX_MISFIT
     return False
 
 

@@ -43,7 +43,7 @@ from .conventions import (
     find_conventions,
     fit_positions,
     moving_cameras,
-    turn_mirrored,
+    rotations_fit_mirrored,
 )
 from .evaluation import Hint, Note
 from .lever import find_lever_arm, with_lever_arm
@@ -464,7 +464,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         rows = _sample(state.scored)
         pair = state.scored.gt_poses[rows], state.scored.est_poses[rows]
         # On a plane, another convention and a mirror have much the same effect.
-        if found or (len(rows) >= MIN_CAMERAS and turn_mirrored(*pair, MIRRORS.values())):
+        if found or (len(rows) >= MIN_CAMERAS and rotations_fit_mirrored(*pair, MIRRORS.values())):
             mirrors = list(_mirrors(state, files))
     if mirrors and _fits_mirrored(state.scored, state.settings):
         yield from mirrors
@@ -555,9 +555,9 @@ def _of_convention(
         texts.append(f"the rotations of {names} seem to be world-to-camera, positions not")
         options.append("transpose them in the file")
     if INVERTED_POSITIONS in kinds:
-        true, seem = "world-to-camera translations", "camera centres"
-        if inverted.isdisjoint(sides):
-            true, seem = seem, true
+        of_inverses, of_poses = "world-to-camera translations", "camera centres"
+        seem = _by_side(sides, inverted, of_poses, of_inverses)
+        true = _by_side(sides, inverted, of_inverses, of_poses)
         texts.append(f"the positions of {names} seem to be {seem}, rotations not")
         options.append(f"write {true}, -R t, in their place")
     is_inverted_w = kinds <= {*INVERTED_W}
@@ -591,15 +591,19 @@ def _of_inverted(
     if leave:
         return f"the poses of {names} seem to be camera-to-world", f"leave out {leave}"
     option = f"{' '.join([add, extra_option]).strip()} corrects it"
-    read = {
-        "camera-to-world" if side in _inverted(settings) else "world-to-camera" for side in sides
-    }
+    seem = _by_side(sides, _inverted(settings), "camera-to-world", "world-to-camera")
     if len(sides) == 2 and state.scored and _may_have_lever_arm(state.scored):
         option += (
             f"; if the positions of {files.estimate} are those of another point of its rig, "
             "--lever_arm auto instead"
         )
-    return f"the poses of {names} seem to be {' and '.join(sorted(read))}", option
+    return f"the poses of {names} seem to be {seem}", option
+
+
+def _by_side(sides: list[str], inverted: set[str], if_inverted: str, otherwise: str) -> str:
+    """Return words for files that were inverted when they were read, and for others."""
+    words = [if_inverted if side in inverted else otherwise for side in sides]
+    return " and ".join(dict.fromkeys(words))
 
 
 def _sample(scored: Scored) -> Indices:
