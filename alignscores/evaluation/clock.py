@@ -38,7 +38,7 @@ MIN_BLOCKS = 5  # of a recording of a few seconds
 TINY = 0.005  # seconds; a smaller offset is none
 TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way looks the same
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
-OUTLIER = 3.0  # median disagreements
+OUTLIER = {1: 6.3, 3: 4.2}  # quartiles of disagreements, by dimension: 3 medians of normal ones
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
 # Slope of the variance of `smoothed` noise next to a stamp, relative to the variance at the stamp,
 # for each step between stamps. The minimum is a quarter of a step away.
@@ -95,10 +95,13 @@ def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:
 def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> Clock | None:
     """Return the offset by rotation rates, or by speeds."""
     ref, est = _Path.of(reference, rotations), _Path.of(estimate, rotations)
+    if min(len(ref.stamps), len(est.stamps)) <= MIN_MOTIONS:
+        return None
     ends = np.searchsorted(est.stamps, est.stamps + SPAN)
     starts = np.flatnonzero(ends < len(est.stamps))
-    starts = starts[est.stamps[ends[starts]] - est.stamps[starts] <= LONGEST_SPAN]
-    if len(starts) < MIN_MOTIONS or len(ref.stamps) < MIN_MOTIONS:
+    longest = max(LONGEST_SPAN, 4 * est.half)  # which keyframes may all exceed
+    starts = starts[est.stamps[ends[starts]] - est.stamps[starts] <= longest]
+    if len(starts) < MIN_MOTIONS:
         return None
     motions, to_refine = (
         _Motions.of(est, rows, ends[rows])
@@ -423,7 +426,7 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
             vectors = aligned - moves[part], slopes[part] @ stretch.matrix
             difference[part], slopes[part] = comparison.unexplained(stretch, aligned, *vectors)
         sizes = np.linalg.norm(difference[rows], axis=1)
-        rows = rows[sizes <= OUTLIER * np.median(sizes)] if len(rows) else rows
+        rows = rows[_fit(sizes, moves.shape[1])] if len(rows) else rows
         blocks = np.arange(len(rows)) * BLOCKS // max(len(rows), 1)
         moments = np.bincount(blocks, (difference * slopes)[rows].sum(axis=1), BLOCKS)
         squares = np.bincount(blocks, (slopes[rows] ** 2).sum(axis=1), BLOCKS)
@@ -450,6 +453,14 @@ def _jackknife(others: Floats, n: int) -> float:
     return float(np.sqrt(n / (n - 1) * (shares.reshape(n, -1).sum(axis=1) ** 2).sum()))
 
 
+def _fit(sizes: Floats, dimension: int) -> Booleans:
+    """Return which disagreements are no outliers.
+
+    Where a third of the poses are, they spoil more than half of the motions, and the median.
+    """
+    return np.asarray(sizes <= OUTLIER[dimension] * np.quantile(sizes, 0.25))
+
+
 class _Stretch(NamedTuple):
     """A stretch of time: its motions, those that fit, and the similarity that aligns them."""
 
@@ -473,7 +484,7 @@ def _aligned(rows: Indices, moves: Floats, true: Floats) -> _Stretch:
     """
     if true.shape[1] == 1:
         off = np.abs(true - moves - np.median(true - moves))[:, 0]
-        return _Stretch(rows, off <= OUTLIER * np.median(off), np.eye(1))
+        return _Stretch(rows, _fit(off, 1), np.eye(1))
     fits = np.ones(len(true), dtype=bool)
     for _ in range(3):
         u, sizes, vt = np.linalg.svd(moves[fits].T @ true[fits])
@@ -481,5 +492,5 @@ def _aligned(rows: Indices, moves: Floats, true: Floats) -> _Stretch:
         scale = (sizes * sign).sum() / max((true[fits] ** 2).sum(), np.finfo(float).tiny)
         matrix = scale * (u * sign @ vt).T
         off = np.linalg.norm(true @ matrix - moves, axis=1)
-        fits = off <= OUTLIER * np.median(off)
+        fits = _fit(off, 3)
     return _Stretch(rows, fits, matrix)
