@@ -7,6 +7,7 @@ import stat
 from codecs import getincrementaldecoder
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from io import BufferedReader, BytesIO, FileIO, TextIOWrapper
 from math import isfinite
 from os import PathLike
@@ -22,6 +23,7 @@ __all__ = ["FAILURES", "FileError", "FilePath"]
 FilePath = str | PathLike[str]
 
 MAX_BYTES = 500_000_000  # of a file, and of an array; a million poses in TUM's format are 110 MB
+MAX_LINE = 20_000_000  # letters
 MAX_PIPE = 100_000_000  # of a pipe, whose content is held in memory
 # A named pipe without a writer would block the program where it is opened.
 FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -170,7 +172,10 @@ def numbered_lines(path: FilePath, max_bytes: int = MAX_BYTES) -> Iterator[tuple
         TextIOWrapper(file, "utf-8-sig", errors="surrogateescape") as text,
     ):
         try:
-            for number, line in enumerate(text, 1):
+            for number, line in enumerate(iter(partial(text.readline, MAX_LINE), ""), 1):
+                if len(line) == MAX_LINE:
+                    reason = f"has more than {MAX_LINE / 1e6:g} million letters"
+                    raise FileError(path, reason, place=f"line {number}")
                 if not line.isascii():
                     line.encode()
                 yield number, line

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arrays import Booleans, Floats, Indices
+from .texts import brief
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -109,7 +110,7 @@ def check_positive(value: float, name: str, *, integer: bool = False) -> float:
     types = (int, np.integer) if integer else (int, float, np.integer, np.floating)
     if isinstance(value, bool) or not isinstance(value, types) or not 0 < value < np.inf:
         expected = "whole number" if integer else "finite number"
-        raise ValueError(f"{name} must be a positive {expected}, not {value!r}")
+        raise ValueError(f"{name} must be a positive {expected}, not {brief(value)}")
     return float(value)
 
 

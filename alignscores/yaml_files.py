@@ -22,3 +22,5 @@ def load_yaml(path: str | PathLike[str]) -> Any:
         raise ValueError(f"cannot be read: {' '.join(str(error).split())}") from None
     except RecursionError:
         raise ValueError("cannot be read: it is nested too deeply") from None
+    except (AttributeError, LookupError, TypeError):  # as of `!!bool x`
+        raise ValueError("cannot be read: a value is none of its tag's type") from None

@@ -1,5 +1,6 @@
 """Reference and estimate on their way in: from files and from memory, each checked once."""
 
+import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -113,11 +114,11 @@ def _columns(settings: Settings, side: str) -> str | None:
 
 @contextmanager
 def _columns_named_for(side: str) -> Iterator[None]:
-    """Name the option for one side in errors that say --columns: the other file may differ."""
+    """Name the options for one side in errors that say --columns: the other file may differ."""
     try:
         yield
     except FileError as error:
-        reason = error.reason.replace("--columns", f"--{side}_columns")
+        reason = re.sub("--(columns|invert)", rf"--{side}_\1", error.reason)
         raise FileError(error.path, reason, place=error.place) from None
 
 

@@ -89,7 +89,7 @@ def read_arrays(path: FilePath) -> Trajectory:
     matrices = arrays[candidates[0]].load().astype(np.float64, copy=False)
     poses = poses_from_matrices(matrices, source)
     if not times:
-        return Trajectory(np.arange(n), poses)
+        return checked(np.arange(n), poses, source)
     stamps = times[0].astype(np.float64)
     source.refuse(~np.isfinite(stamps), "the time stamp is not finite")
     seconds = in_seconds(stamps, path)
@@ -138,7 +138,7 @@ def _arrays(path: FilePath, content: bytes) -> dict[str, Stored]:
                 version = np.lib.format.read_magic(file)
                 read_header = HEADERS[version]
                 shape, _, dtype = read_header(file)
-                if dtype.hasobject or math.prod(shape) * dtype.itemsize > size - file.tell():
+                if dtype.hasobject or math.prod(shape) * dtype.itemsize != size - file.tell():
                     raise ValueError
                 if len(shape) in (2, 4) and shape[0] == 1:  # a batch of one
                     shape = shape[1:]

@@ -21,8 +21,17 @@ from ..files import (
     read_bytes,
     read_head,
 )
+from ..texts import brief
 from .text import format_of_table, read_hloc
-from .trajectory import Trajectory, checked, inverse_poses, poses_from_quaternions
+from .trajectory import (
+    MAX_NAME,
+    MAX_ROUNDING,
+    Trajectory,
+    checked,
+    image_names,
+    inverse_poses,
+    poses_from_quaternions,
+)
 
 __all__ = [
     "has_model",
@@ -33,7 +42,8 @@ __all__ = [
     "read_rig_frames",
 ]
 
-Images = list[tuple[str, tuple[float, ...], int]]  # names, qw qx qy qz tx ty tz, and IMAGE_IDs
+Image = tuple[str, tuple[float, ...], int]  # name, qw qx qy qz tx ty tz, and IMAGE_ID
+Images = list[Image]
 
 MAX_BYTES = 10**11  # of images.bin and images.txt; most are points, which are not read
 # In images.bin: number, pose and camera of an image; its name; the number of its points.
@@ -43,7 +53,6 @@ POINT = 24  # bytes
 FRAME = struct.Struct("<I60xI")
 DATUM = struct.Struct("<i4xQ")
 CAMERA = 0  # a type of sensor
-MAX_NAME = 4096  # bytes
 
 
 def read_colmap(path: Any) -> Trajectory:
@@ -212,23 +221,35 @@ def _images(model: Path) -> Images:
 
 
 def is_images(text: str) -> bool:
-    """Return whether a file that begins with this text has the images of a model."""
+    """Return whether a file that begins with this text has the images of a model.
+
+    Without the comments a table could be mistaken for it: every other line must have the quaternion
+    of an image and a name, the others points or nothing.
+    """
     if re.search("^# *IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ,", text, re.MULTILINE):
         return True
-    rows = [line for line in text.splitlines() if not line.startswith("#")]
-    values = rows[0].split(maxsplit=9) if rows else []
-    if len(values) < 10 or not (values[0].isdigit() and values[8].isdigit()):
-        return False
-    return _are_numbers(values[1:8]) and not _are_numbers(values[9].split())
+    lines = [line for line in text.strip().splitlines() if not line.startswith("#")]
+    if not text.endswith("\n"):
+        lines = lines[:-1]  # which may be cut off
+    return bool(lines) and all(map(_is_image, lines[::2])) and all(map(_are_points, lines[1::2]))
 
 
-def _are_numbers(words: list[str]) -> bool:
-    """Return whether all words are numbers."""
-    try:
-        np.array(words, dtype=np.float64)
-    except ValueError:
+def _is_image(line: str) -> bool:
+    """Return whether a line can only be that of an image."""
+    image = _image(line)
+    if image is None or image[0].startswith("#") or is_number(image[0]):
         return False
-    return True
+    return bool(abs(np.linalg.norm(image[1][:4]) - 1) <= MAX_ROUNDING)
+
+
+def _image(line: str) -> Image | None:
+    """Return the image of a line of images.txt, if it has one."""
+    fields = line.split(maxsplit=9)
+    if len(fields) < 10 or not all(is_number(field, finite=True) for field in fields[1:8]):
+        return None
+    if not all(re.fullmatch("[0-9]{1,10}", fields[number]) for number in (0, 8)):
+        return None
+    return fields[9].strip(), tuple(map(float, fields[1:8])), int(fields[0])
 
 
 def _read_file(path: Path) -> Trajectory:
@@ -256,8 +277,11 @@ def _images_of_binary(path: Path) -> Images:
         n = int.from_bytes(file.read(8), "little")
         while len(images) < n:
             head, name = file.read(POSE.size), bytearray()
-            while (letter := file.read(1)) not in (b"", b"\0") and len(name) < MAX_NAME:
+            while (letter := file.read(1)) not in (b"", b"\0"):
                 name += letter
+                if len(name) > 4 * MAX_NAME:  # bytes of UTF-8
+                    reason = f"is damaged: the name of image {len(images)} does not end"
+                    raise FileError(path, reason)
             n_points = file.read(8)
             end = file.tell() + POINT * int.from_bytes(n_points, "little")
             if len(n_points) < 8 or end > size:
@@ -277,15 +301,15 @@ def _images_of_text(path: Path) -> Images:
     images: Images = []
     lines = (line for line in numbered_lines(path, MAX_BYTES) if not line[1].startswith("#"))
     for number, line in lines:
-        fields = line.strip().split(maxsplit=9)
-        if not fields:
+        if not line.strip():
             continue
-        if len(fields) < 10 or not all(is_number(field, finite=True) for field in fields[:9]):
-            reason = "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', all but the last "
-            raise FileError(path, f"{reason}of them numbers", place=f"line {number}")
-        images.append((fields[9].strip(), tuple(map(float, fields[1:8])), int(float(fields[0]))))
+        image = _image(line)
+        if image is None:
+            reason = "must hold 'IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME', with whole IDs, "
+            raise FileError(path, f"{reason}seven numbers and a name", place=f"line {number}")
+        images.append(image)
         number, line = next(lines, (number, ""))
-        if not _are_points(line.split()):
+        if not _are_points(line):
             reason = "expected the line of 2D points, 'X Y POINT3D_ID ...', after each image"
             raise FileError(path, reason, place=f"line {number}")
     return images
@@ -333,8 +357,9 @@ def _frames_of_text(path: Path) -> dict[int, int]:
     return frame_of
 
 
-def _are_points(fields: list[str]) -> bool:
+def _are_points(line: str) -> bool:
     """Return whether a line of images.txt has points: two numbers and a whole one each."""
+    fields = line.split()
     whole = all(field.removeprefix("-").isdecimal() for field in fields[2::3])
     return len(fields) % 3 == 0 and whole and all(map(is_number, fields))
 
@@ -345,6 +370,6 @@ def _trajectory(path: FilePath, images: Images) -> Trajectory:
         raise FileError(path, "the model has no registered image")
     names, poses, _ = zip(*sorted(images, key=itemgetter(0)), strict=True)
     quaternions, translations = np.split(np.array(poses), [4], axis=1)
-    source = Source(path, lambda row: f"image {names[row]!r}")
+    source = Source(path, lambda row: f"image {brief(names[row])}")
     world_to_camera = poses_from_quaternions(translations, quaternions[:, [1, 2, 3, 0]], source)
-    return checked(np.array(names), inverse_poses(world_to_camera), source)
+    return checked(image_names(names, source), inverse_poses(world_to_camera), source)

@@ -32,7 +32,7 @@ from itertools import islice, product
 import numpy as np
 
 from ..files import FileError, is_number, to_number
-from .tables import COMMENTS, Table
+from .tables import COMMENTS, MISSING, Table
 from .trajectory import MAX_DEVIATION
 
 __all__ = [
@@ -63,6 +63,7 @@ OF_NAMES = [
     f"name {MATRIX}",
     f"name {FOUR_ROWS}",
 ]
+MAX_HEADER = 10_000  # characters; a longer line names no columns
 EUROC_STAMP = 1e16  # of w first without a header: whole nanoseconds since 1970
 
 NAME_THEM = (
@@ -130,18 +131,20 @@ def parse_columns(text: str) -> list[str]:
 def _of_header(table: Table) -> list[str]:
     """Return the columns that a line above the rows names; none if no line does."""
     width, units = len(table.first), [""]
-    for line in reversed(table.above):
+    for line in reversed([line for line in table.above if len(line) <= MAX_HEADER]):
         words = _words(line)
         if {*re.findall("[a-z]+", " ".join(words))} <= UNITS.keys():
             units = words
             continue
         if len(words) == width + 1 and not words[-1]:
             words.pop()  # of a separator at the end
-        if "-" not in map(_what, words[-width:]) and line.startswith(COMMENTS):
-            words = words[-width:]  # behind a word such as "Format:"
+        before, last = words[:-width], words[-width:]
+        if {*map(_what, before)} <= {"-"} and "-" not in map(_what, last):
+            words = last if line.startswith(COMMENTS) else words  # behind a word such as "Format:"
         if len(units) == len(words):
             words = [f"{word} {unit}".strip() for word, unit in zip(words, units, strict=True)]
         parts = _meanings(words)
+        _refuse_images(words, table)
         names = _complete(parts)
         _check_owners(words, names, table)
         is_comment = line.startswith(COMMENTS)
@@ -150,7 +153,8 @@ def _of_header(table: Table) -> list[str]:
             table.header = words
             return _unambiguous(words, names, table)
         n_coordinates = sum(part in (*POSITION, *QUATERNION) for part in parts)
-        if "x" in names and not is_comment:
+        contradicts = "-" not in names and names[:width] != _by_width(table)
+        if "x" in names and (not is_comment or contradicts):
             counts = f"its header names {len(names)} columns, its first row has {width}"
             reason = f"{counts}; {NAME_THEM}"
         elif re.search("latitude|(?<![a-z])lat(?![a-z])", line.lower()):
@@ -167,6 +171,15 @@ def _of_header(table: Table) -> list[str]:
             continue
         raise FileError(table.path, reason)
     return []
+
+
+def _refuse_images(words: Sequence[str], table: Table) -> None:
+    """Refuse a header of COLMAP's images, whose poses are world-to-camera, and matched by name."""
+    if {"image_id", "camera_id"} <= {*words} and len(words) <= len(table.first):
+        reason = "has the columns of COLMAP's images.txt, whose poses are world-to-camera: give the"
+        remedy = "model's folder, or name them and invert the poses, as in --invert"
+        columns = "--columns '- qw qx qy qz x y z - name'"
+        raise FileError(table.path, f"{reason} {remedy} {columns}")
 
 
 def _check_owners(words: Sequence[str], names: Sequence[str], table: Table) -> None:
@@ -195,7 +208,8 @@ def _words(header: str) -> list[str]:
     text = re.sub(last_word, "_", header.translate(LETTERS)).lower()
     text = re.sub("(?:(m)illi|(c)enti|(k)ilo)?met(?:er|re)s?", r"\1\2\3m", text)
     text = re.sub(r"100\s*ns", "ticks", text)
-    text = re.sub(r"(?<=\w)\s+(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
+    text = re.sub(r"(?<=\w) +(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
+    text = re.sub(r"[\[(][^\])]*", lambda unit: unit[0].replace(" ", "_"), text)  # [m s^-1]
     return [word.strip() for word in text.split("," if "," in text else None)]
 
 
@@ -297,6 +311,7 @@ def _by_width(table: Table) -> list[str]:
     """
     width, first = len(table.first), table.first
     if not is_number(first[0]):
+        _refuse_damaged_number(table)
         layouts = [names.split() for names in OF_NAMES if len(names.split()) == width]
     else:
         stamp = to_number(first[0])
@@ -307,9 +322,29 @@ def _by_width(table: Table) -> list[str]:
         is_usual = width in (3, 4, 8) and names[0] != "name"
         if names[0] == "t":
             _refuse_block(table)
-        if len(names) <= width and (is_usual or not _deviation(names, first) > MAX_DEVIATION):
+        if len(names) <= width and (is_usual or _have_rotations(names, table)):
             return names
     return []
+
+
+def _refuse_damaged_number(table: Table) -> None:
+    """Raise an error where the rows below the first begin with numbers, not with names."""
+    below = [row[0] for row in table.first_rows[1:]]
+    if sum("." in field and is_number(field) for field in below) > len(below) / 2:
+        reason = f"{table.first[0][:40]!r} is not a number, as the rows below have"
+        raise table.source.error(0, f"{reason} in the first column")
+
+
+def _have_rotations(names: Sequence[str], table: Table) -> bool:
+    """Return whether the first rows have rotations in these columns, or lost poses only.
+
+    One row may be lost, or agree by chance.
+    """
+    rows = [row for row in table.first_rows if len(row) >= len(names)]
+    off = np.array([_deviation(names, row) for row in rows])
+    if np.isnan(off).all():
+        return not any(is_number(row[names.index("x")], finite=True) for row in rows)
+    return bool(np.nanmedian(off) <= MAX_DEVIATION)
 
 
 def _refuse_block(table: Table) -> None:
@@ -398,7 +433,8 @@ def _deviation(names: Sequence[str], fields: Sequence[str]) -> float:
     row = dict(zip(names, fields, strict=False))
     columns, shape = (QUATERNION, (1, 4)) if "qw" in row else (ROTATION, (3, 3))
     with suppress(ValueError), np.errstate(all="ignore"):
-        part = np.reshape([to_number(row[name]) for name in columns], shape)
+        texts = ["nan" if row[name].lower() in MISSING else row[name] for name in columns]
+        part = np.reshape(list(map(to_number, texts)), shape)
         is_lost = not np.isfinite(part).all()
         return np.nan if is_lost else float(np.abs(part @ part.T - np.eye(len(part))).max())
     return np.inf

@@ -44,13 +44,13 @@ def read_g2o(path: FilePath) -> Trajectory:
     """
     lines, numbers, values = [], [], []
     for number, line in numbered_lines(path):
-        tag, *fields = line.split() or [""]
-        if tag != VERTEX:
+        if VERTEX not in line or line.lstrip().startswith("#"):
             continue
+        tag, *fields = line.split()
         try:
             _, *pose = map(to_number, fields)
             vertex = int(fields[0])
-            if len(pose) != 7 or abs(vertex) > MAX_ID:
+            if tag != VERTEX or len(pose) != 7 or abs(vertex) > MAX_ID:
                 raise ValueError
             numbers.append(vertex)
         except ValueError:

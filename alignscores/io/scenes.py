@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Floats
 from ..files import FileError, FilePath, Source, read_text
+from ..texts import brief
 from .trajectory import (
     Trajectory,
     checked,
+    image_names,
     inverse_poses,
     poses_from_matrices,
     poses_from_vectors,
@@ -68,7 +71,7 @@ def read_nerf(path: FilePath) -> Trajectory:
     for index, frame in enumerate(_frames(path)):
         try:
             matrix = frame["transform" if "transform" in frame else "transform_matrix"]
-            matrix = np.array(matrix, dtype=float)
+            matrix = _numbers(matrix)
             names.append(posixpath.normpath(frame["file_path"]))
         except (KeyError, OverflowError, TypeError, ValueError):
             matrix = np.empty(0)
@@ -76,7 +79,7 @@ def read_nerf(path: FilePath) -> Trajectory:
             reason = "needs a file_path and a transform_matrix of 4 x 4 numbers"
             raise FileError(path, reason, place=f"frames[{index}]")
         matrices.append(matrix[:3])
-    source = Source(path, lambda row: f"frames[{row}] ({names[row]!r})")
+    source = Source(path, lambda row: f"frames[{row}] ({brief(names[row])})")
     poses = poses_from_matrices(np.array(matrices), source)
     poses[:, :3, :3] *= OPENGL_TO_OPENCV
     return _by_name(names, poses, source)
@@ -172,13 +175,13 @@ def _of_shots(path: FilePath, shots: dict[str, Any]) -> Trajectory:
     names, numbers = list(shots), []
     for name, shot in shots.items():
         try:
-            numbers.append(np.array([shot["rotation"], shot["translation"]], dtype=float))
+            numbers.append(_numbers([shot["rotation"], shot["translation"]]))
             if numbers[-1].shape != (2, 3):
                 raise ValueError
         except (KeyError, OverflowError, TypeError, ValueError):
             reason = "needs a rotation and a translation of 3 numbers"
             raise FileError(path, reason, place=f"shot {name!r}") from None
-    source = Source(path, lambda row: f"shot {names[row]!r}")
+    source = Source(path, lambda row: f"shot {brief(names[row])}")
     vectors, translations = np.array(numbers).swapaxes(0, 1)
     return _by_name(names, inverse_poses(poses_from_vectors(translations, vectors, source)), source)
 
@@ -196,9 +199,16 @@ def is_json(text: str) -> bool:
 
 
 def _by_name(names: list[str], poses: np.ndarray[Any, Any], source: Source) -> Trajectory:
-    trajectory = checked(np.array(names), poses, source)
+    trajectory = checked(image_names(names, source), poses, source)
     order = np.argsort(names, kind="stable")  # of equal names the first in the file stays first
     return Trajectory(trajectory.keys[order], trajectory.poses[order])
+
+
+def _numbers(rows: Any) -> Floats:
+    """Return lists of numbers, or null, as an array; raise TypeError or ValueError for others."""
+    if not all(type(value) in (int, float, type(None)) for row in rows for value in row):
+        raise TypeError
+    return np.array(rows, dtype=np.float64)
 
 
 def _frames(path: FilePath) -> list[Any]:

@@ -9,6 +9,7 @@ import re
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,12 @@ import numpy as np
 from ..arrays import Floats
 from ..files import FileError, FilePath, Source, is_number, numbered_lines, read_head, to_number
 
-__all__ = ["COMMENTS", "Table", "open_table"]
+__all__ = ["COMMENTS", "MISSING", "Table", "open_table"]
 
 COMMENTS = ("#", "%", "//")
+UNPACKED = (".gz", ".bz2", ".xz", ".lzma")  # by loadtxt, whatever such a file holds
 MISSING = {"", "na", "n/a", "none", "null"}
+N_FIRST = 100  # rows that show what the columns of a table hold
 MICROSOFT = re.compile(r"[+-]?(1\.#(IND|QNAN|SNAN|INF)\d*|nan\((ind|snan)\))", re.IGNORECASE)
 
 
@@ -35,6 +38,7 @@ class Table:
     n_after_name: int = 0  # numbers in a row that begins with a name, which may hold blanks
     header: list[str] = field(default_factory=list)  # names of the columns, if a line names them
     units: list[str] = field(default_factory=list)  # of the columns; empty if usual
+    first_rows: list[list[str]] = field(default_factory=list)  # at most N_FIRST
     lines: Sequence[int] | None = None  # of the rows, once they have been read line by line
 
     @property
@@ -72,6 +76,7 @@ class Table:
         """Return all numbers as `loadtxt` reads them, or None if it refuses the file."""
         path = Path(self.path)
         is_plain = self.separator != ";" and all(map(is_number, self.first))
+        is_plain &= path.suffix not in UNPACKED
         if not (is_plain and path.is_file()):
             return None
         try:
@@ -93,7 +98,7 @@ class Table:
         width, names = len(self.first), []
         lines, values = array("q"), array("d")
         for number, row in self._rows():
-            fields = self._fields(row)
+            fields = self.fields(row)
             n = len(fields)
             if not (any_width or n == width or (n == width + 1 and not fields[-1])):
                 reason = f"has {n} column{'s' * (n != 1)}, the first row {width}"
@@ -112,7 +117,8 @@ class Table:
         self.lines = lines
         return names, np.frombuffer(values).reshape(-1, len(columns))
 
-    def _fields(self, row: str) -> list[str]:
+    def fields(self, row: str) -> list[str]:
+        """Return the fields of a row; there may be an empty one behind the last separator."""
         if not self.n_after_name:
             return _split(row, self.separator)
         fields = row.rsplit(maxsplit=self.n_after_name)
@@ -126,12 +132,16 @@ def open_table(path: FilePath) -> Table:
     Its rows begin with the first line that has a number, or nothing but missing ones.
     """
     above: list[str] = []
-    for number, line in enumerate(re.split("\r\n|\r|\n", read_head(path)), 1):
+    lines = re.split("\r\n|\r|\n", read_head(path))
+    for number, line in enumerate(lines, 1):
         row = _row(line)
         fields = [field for field in re.split(r'[\s,;"]+', row) if field]
         is_lost = fields and all(field.lower() in MISSING for field in fields)
         if is_lost or any(map(is_number, fields)):
-            return _table(path, above, number, row)
+            table = _table(path, above, number, row)
+            rows = islice(filter(None, map(_row, lines[number - 1 :])), N_FIRST)
+            table.first_rows = [table.fields(row) for row in rows]
+            return table
         if line := line.strip():
             above.append(line)
     raise FileError(path, "has no line of numbers")

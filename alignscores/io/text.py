@@ -28,6 +28,7 @@ from .trajectory import (
     Trajectory,
     check_stamps,
     checked,
+    image_names,
     in_seconds,
     inverse_poses,
     poses_from_matrices,
@@ -51,6 +52,7 @@ __all__ = [
     "read_tum",
 ]
 
+MAX_NUMBER = 1e15  # of a frame; all digits of larger ones may not be kept
 MAX_POSITION = 1e8  # metres from the origin; the centre of the earth is 6.4e6 away
 
 
@@ -210,7 +212,8 @@ def read_names(path: FilePath, *, columns: str | None = None) -> Trajectory:
     values = _converted(values, used, names, table)
     _warn_of_ignored(["name", *used], names, table)
     order = sorted(range(len(texts)), key=texts.__getitem__)
-    trajectory = checked(np.array(texts), _poses(values, used, table.source, "name "), table.source)
+    keys, source = image_names(texts, table.source), table.source
+    trajectory = checked(keys, _poses(values, used, source, "name "), source)
     return Trajectory(trajectory.keys[order], trajectory.poses[order])
 
 
@@ -400,20 +403,17 @@ def _converted(values: Floats, used: list[str], names: list[str], table: Table) 
 def _refuse_others(values: Floats, column: dict[str, Floats], table: Table) -> None:
     """Raise an error where columns that nothing names seem to hold no positions.
 
-    Of more than eight columns, the first must be in order, as times are, and some row must have a
-    quaternion. Three lines of four numbers that have a rotation are a matrix. A heading jumps by a
-    full turn in its range. In degrees or radians of latitude and longitude, a path of some
-    kilometres is small against its distance from the origin, and the height has another scale; less
-    than 5 degrees from the origin there is only sea. Positions that hardly change could be radians,
-    but for a height that does.
+    Of more than eight columns, the first must be in order, as times are. Three lines of four
+    numbers that have a rotation are a matrix. A heading jumps by a full turn in its range. In
+    degrees or radians of latitude and longitude, a path of some kilometres is small against its
+    distance from the origin, and the height has another scale; less than 5 degrees from the origin
+    there is only sea. Positions that hardly change could be radians, but for a height that does.
     """
     block, n_columns = values[:3, :3], len(table.first)
     is_guess = n_columns > len(TUM.split()) and not table.header and "t" in column
     if is_guess and len(values) > 1 and np.mean(np.diff(column["t"]) > 0) < MIN_IN_ORDER:
         reason = f"has {n_columns} columns, and the first is no time: it is not in order"
         raise FileError(table.path, f"{reason}; {NAME_THEM}")
-    if is_guess and np.isnan(sum(column[name] for name in QUATERNION)).all():
-        raise FileError(table.path, f"has {n_columns} columns, and no quaternion; {NAME_THEM}")
     is_small = n_columns == 4 and block.shape == (3, 3) and (np.abs(block) < 2).all()
     if is_small and np.abs(block @ block.T - np.eye(3)).max() < MAX_DEVIATION:
         reason = "seems to have a matrix in several lines; write each in one, of 12 or 16 numbers"
@@ -470,7 +470,8 @@ def _keys(column: dict[str, Floats], source: Source, usual: str) -> NDArray[Any]
         check_stamps(np.asarray(seconds), source, min(TIME_UNITS[name[2:]] for name in stamps))
         return np.asarray(seconds)
     keys = stamps.get("t", column.get("n", np.arange(0.0, len(column["x"]))))
-    source.refuse(~np.isfinite(keys), "the number is not finite")
+    if not stamps:
+        source.refuse(~(np.abs(keys) <= MAX_NUMBER), f"the number is not within {MAX_NUMBER:.0e}")
     if not stamps and time_unit(keys) == "s" and (keys == np.round(keys)).all():
         return keys.astype(np.int64)
     seconds = in_seconds(keys, source.path, usual)

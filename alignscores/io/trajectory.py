@@ -5,6 +5,7 @@ of the identity. Both are normalised. Others are refused with their line, in eve
 """
 
 import warnings
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Booleans, Floats
 from ..averaging import nearest_rotations, rotations_from_quaternions
-from ..files import FilePath, Source
+from ..files import FileError, FilePath, Source
 from ..validation import finite_rows
 
 __all__ = ["Trajectory", "TrajectoryWarning", "inverse_poses"]
@@ -21,6 +22,7 @@ MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that count
 MAX_DEVIATION = 0.1  # deviation beyond which a quaternion or a matrix is refused
 MAX_DUPLICATES = 0.1  # share of the poses; more duplicates are an error
 MIN_IN_ORDER = 0.9  # share of the steps upwards in numbers that may be time stamps
+MAX_NAME = 1000  # characters of an image's name; an array has room for the longest in each row
 MIN_RUN = 10  # poses of a run; where stamps jump back more often, the rows are not in order
 BLOCK = 1 << 14  # rows that are converted at once, which the cache of a processor holds
 
@@ -136,6 +138,15 @@ def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
     if what != "time stamp":  # where poses are matched by time, there is a note on them
         warn(f"{source.path}, {source.place_of_row(row)}", f"{reason}; the first one is used")
     return Trajectory(keys, poses)
+
+
+def image_names(names: Sequence[str], source: Source) -> NDArray[np.str_]:
+    """Return an array of names; refuse one so long that it is no name."""
+    long = [row for row, name in enumerate(names) if len(name) > MAX_NAME]
+    if long:
+        reason = f"the name of an image has {len(names[long[0]])} characters"
+        raise FileError(source.path, f"{reason}, more than {MAX_NAME}: {names[long[0]][:40]!r} ...")
+    return np.array(names)
 
 
 def _refuse_several_runs(stamps: Floats, source: Source) -> None:

@@ -14,6 +14,7 @@ from alignscores.yaml_files import load_yaml
         (b"a: " + b"9" * 5000, "4300 digits"),
         (b"a: 2024-13-45", "month"),
         (b"a: [", "line 1"),
+        *((f"a: !!{tag}".encode(), "type") for tag in ("bool x", "int ''", "timestamp ''")),
         (b"\x07", "special characters are not allowed"),
         (b"a: \xff\xfe", "invalid start byte"),
         (b"x" * 1_000_001, "more than 1 MB"),

@@ -24,7 +24,12 @@ ENDS = [  # case, arguments, scores (TAS, RAS, ATE) or the reason of the refusal
         (0.47, 0.84, 0.050),
         "",
     ),
-    ("01b", "lowres_wide.traj est.txt", "a quaternion of length .* is not a rotation", ""),
+    (
+        "01b",
+        "lowres_wide.traj est.txt",
+        "7 columns, whose meaning is unknown.*t rx ry rz x y z",
+        "",
+    ),
     ("02", "poses.txt est_kitti.txt", (0.905, 0.917, 0.172), "41 of 300 frames"),
     ("02", "poses.txt est_indexed.txt", (0.905, 0.917, 0.172), "41 of 300 frames"),
     ("03", "gt.txt est.txt", "216 of 240 poses", ""),

@@ -276,7 +276,7 @@ def test_wide_tables_without_a_quaternion_are_refused(write):
     """A number, a matrix and a column of nan would pass for a pose whose rotation is lost."""
     matrices = np.concatenate([ROTATIONS.as_matrix(), POSITIONS[:, :, None]], axis=2)
     parts = np.arange(N), matrices.reshape(N, 12)[:, :4], np.full(N, np.nan), POSITIONS
-    with pytest.raises(FileError, match="has 9 columns, and no quaternion; name them, as in"):
+    with pytest.raises(FileError, match="has 9 columns, whose meaning is unknown; name them"):
         read_tum(write(table(*parts)))
 
 
