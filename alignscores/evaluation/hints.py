@@ -58,7 +58,8 @@ OUTLIER = 3.0  # median errors
 EQUAL = 0.02  # difference between remedies that are equally good
 SPAN_OF_FRAMES = 60  # over which motions are compared, or BLOCKS in a file
 BLOCKS = 20  # stretches of time, for standard errors
-MAX_TURN = 90.0  # deg/s of a camera, in the median
+MAX_TURN, MAX_SPEED = 90.0, 40.0  # of a camera, in the median: deg/s and m/s
+SLOW, BACK_AND_FORTH = 0.3, 15.0  # m/s, and the length of a path relative to its extent
 FRAME = 0.1  # seconds between frames without stamps
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MAX_RATIO = 30  # of the durations of two files in the same unit
@@ -706,10 +707,10 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
         if len(rows) < MIN_CAMERAS:
             return
         now = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows])
-        # Products of poses in one frame hide their noise: as motions, they must be a camera's.
-        are_slow = not is_named and _turns_slowly(reference) and not _has_constant(estimate)
         sides = [EST, REF] if now.misfit > MAX_MISFIT else []
-        sides += [BOTH] if are_slow else []
+        # Products of poses in one frame hide their noise.
+        if not is_named and not _has_constant(estimate) and _are_rather_motions(reference):
+            sides.append(BOTH)
     else:
         missing = len(reference.keys) - len(estimate.keys)  # n poses have n - 1 motions
         if abs(missing) != 1 or not reference.keys.dtype.kind == estimate.keys.dtype.kind == "i":
@@ -764,15 +765,27 @@ def _from_identity(products: Trajectory, other: Trajectory) -> Trajectory:
     return Trajectory(other.keys, np.concatenate([np.eye(4)[None], products.poses]))
 
 
-def _turns_slowly(trajectory: Trajectory) -> bool:
-    """Return whether a camera turns as slowly as usual by rows that are motions, but does turn."""
+def _are_rather_motions(trajectory: Trajectory) -> bool:
+    """Return whether rows are motions of a camera rather than poses.
+
+    As motions, it turns and moves no faster than a camera, but does turn. As poses, it moves more
+    slowly, and back and forth within a small space, as velocities change.
+    """
     rows = finite_rows(trajectory.poses)
-    angles = rotation_angles(trajectory.poses[rows, :3, :3])
-    if not len(angles) or _has_constant(trajectory):
+    poses = trajectory.poses[rows]
+    if not len(poses) or _has_constant(trajectory):
         return False
     is_timed = trajectory.keys.dtype.kind == "f"
-    step = np.median(np.diff(np.sort(trajectory.keys[rows]))) if is_timed else FRAME
-    return bool(np.median(angles) <= MAX_TURN * step)
+    step = float(np.median(np.diff(np.sort(trajectory.keys[rows])))) if is_timed else FRAME
+    turns, lengths = rotation_angles(poses[:, :3, :3]), np.linalg.norm(poses[:, :3, 3], axis=1)
+    if np.median(turns) > MAX_TURN * step or np.median(lengths) > MAX_SPEED * step:
+        return False
+    every = max(round(1 / step), 1) if step > 0 else 1  # a row in a second, to see no noise
+    positions = poses[::every, :3, 3]
+    moves = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    extent = np.median(np.linalg.norm(positions - np.median(positions, axis=0), axis=1))
+    is_slow = len(moves) > 0 and np.median(moves) <= SLOW * every * step
+    return bool(is_slow and moves.sum() >= BACK_AND_FORTH * extent)
 
 
 def _multiplied(trajectory: Trajectory, inverse: bool, leads_away: bool) -> Trajectory:

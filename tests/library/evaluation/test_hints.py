@@ -691,6 +691,25 @@ def test_drifting_cameras_that_hardly_rotate_are_no_motions(degrees):
         assert hints(Trajectory(times, truth), Trajectory(times, noisy)) == []
 
 
+@pytest.mark.parametrize("rate", [2, 10, 30])
+@pytest.mark.parametrize("degrees", [1, 5])
+def test_noisy_cameras_that_hardly_rotate_are_no_motions(rate, degrees):
+    """Where rotations are good and the noise of positions is independent, products hide it."""
+    rng = np.random.default_rng(9)
+    times = np.arange(40 * rate) / rate
+    vectors = np.radians(degrees) * np.sin(0.2 * times[:, None] + [0, 1, 2])
+    truth = np.tile(np.eye(4), (len(times), 1, 1))
+    truth[:, :3, :3] = Rotation.from_rotvec(vectors).as_matrix()
+    truth[:, :3, 3] = np.cumsum(np.cos(0.3 * times[:, None] + [0, 2, 4]), axis=0) / rate
+    for sigma in (0.02, 0.1, 0.5):
+        noisy = truth.copy()
+        noisy[:, :3, 3] += rng.normal(0, sigma, (len(truth), 3))
+        turns = Rotation.from_rotvec(rng.normal(0, 2e-4, (len(truth), 3))).as_matrix()
+        noisy[:, :3, :3] = turns @ noisy[:, :3, :3]
+        for keys in (times, np.arange(len(times))):
+            assert hints(Trajectory(keys, truth), Trajectory(keys, noisy)) == []
+
+
 @pytest.mark.parametrize("shift", [-1, 1, 4])
 def test_frames_that_are_numbered_from_another_one_are_named(shift):
     rng = np.random.default_rng(8)
