@@ -77,22 +77,27 @@ class Clock:
         return abs(self.seconds) <= max(tiny, MAX_T * self.error)
 
 
-def find_clock(reference: Trajectory, estimate: Trajectory) -> Clock | None:
+def find_clock(
+    reference: Trajectory, estimate: Trajectory, *, within: float = np.inf
+) -> Clock | None:
     """Return the offset at which the motions of an estimate agree best with the reference's.
 
     Where its rotations leave it open, as those of a car do, its speeds may show it. None where
-    there are too few motions to compare, or they agree nowhere.
+    there are too few motions to compare, or they agree nowhere. Larger offsets than `within`
+    seconds are not tried.
     """
     if not (_turns(reference) and _turns(estimate)):
-        return _search(reference, estimate, rotations=False)
-    clock = _search(reference, estimate, rotations=True)
+        return _search(reference, estimate, within, rotations=False)
+    clock = _search(reference, estimate, within, rotations=True)
     if clock is None or not clock.certain:
-        of_speeds = _search(reference, estimate, rotations=False)
+        of_speeds = _search(reference, estimate, within, rotations=False)
         clock = of_speeds if of_speeds and (clock is None or of_speeds.certain) else clock
     return clock
 
 
-def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> Clock | None:
+def _search(
+    reference: Trajectory, estimate: Trajectory, within: float, *, rotations: bool
+) -> Clock | None:
     """Return the offset by rotation rates, or by speeds."""
     ref, est = _Path.of(reference, rotations), _Path.of(estimate, rotations)
     if min(len(ref.stamps), len(est.stamps)) <= MIN_MOTIONS:
@@ -108,7 +113,9 @@ def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> 
         for rows in (_spread(starts, N_MOTIONS), _spread(starts, N_REFINED))
     )
     step = max(STEP, (ref.stamps[-1] + est.stamps[-1]) / MAX_STEPS)
+    moved = ref.start - est.start
     offsets, strength, elsewhere = _strengths(ref, motions, step)
+    strength[np.abs(moved + offsets) > within] = 0
     best = int(np.argmax(strength))
     if not strength[best] > 0:
         return None
@@ -117,7 +124,6 @@ def _search(reference: Trajectory, estimate: Trajectory, *, rotations: bool) -> 
     runner_up = others[np.argmax(strength[others])] if len(others) else best
     rival = float(strength[runner_up]) if runner_up != best else 0.0
     seconds, error = _refined(ref, to_refine, float(offsets[best]), step)
-    moved = ref.start - est.start
     return Clock(
         seconds=moved + seconds,
         error=error,

@@ -197,7 +197,11 @@ def _corrected(
     if lever_arm is not None:
         estimate = with_lever_arm(estimate, lever_arm.vector)
     if settings.body_rotation == "auto" and matches.has_rotations:
-        found = find_conventions(matches.pose_references, estimate.poses[matches.pose_rows])
+        found = find_conventions(
+            matches.pose_references,
+            estimate.poses[matches.pose_rows],
+            are_aligned=settings.alignment != "none",
+        )
         frames = [convention.body_rotation for convention in found if not convention.mistakes]
         body_rotation = frames[0] if frames else None
     poses = rotate_cameras(estimate.poses, body_rotation)

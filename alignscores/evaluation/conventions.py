@@ -68,7 +68,7 @@ SAMPLE = 300  # cameras looked at
 STEPS = 5  # in which B and Q are refined in turn
 ROUNDING = 1e-6  # of errors of positions, relative to those with a mistake
 EQUAL = 0.02  # difference of the RAS of conventions that fit equally well
-MIN_GAIN = 0.1  # of the RAS under a convention
+MIN_GAIN, CLEAR_GAIN = 0.1, 0.3  # of the RAS under a convention; the latter without positions
 MAX_MISFIT = 0.15  # of positions that fit, relative to their extent
 CONSISTENT_DEG = 20.0  # between the alignments of positions and rotations
 BODY, CAMERA = "x forward, y left, z up", "x right, y down, z forward"
@@ -99,7 +99,11 @@ class Convention:
 
 
 def find_conventions(
-    gt_poses: Floats, est_poses: Floats, *, inverted: Collection[str] = ()
+    gt_poses: Floats,
+    est_poses: Floats,
+    *,
+    inverted: Collection[str] = (),
+    are_aligned: bool = True,
 ) -> list[Convention]:
     """Find the conventions under which the finite ones of estimated poses fit their reference.
 
@@ -109,12 +113,15 @@ def find_conventions(
     and another camera frame, must explain 0.1 more than one; a frame with no common name counts as
     two. Where both are inverted, their rotations may agree; then their positions show it. Those
     that fit equally well are all reported, the likeliest first. `inverted` are the files whose
-    poses were inverted when they were read.
+    poses were inverted when they were read. Unless rotations `are_aligned`, another camera frame
+    shows also where all turns are about one axis.
     """
     rows = moving_cameras(gt_poses, est_poses)
     if len(rows) < MIN_CAMERAS:
         return []
     gt, est = gt_poses[rows], est_poses[rows]
+    if not are_aligned and (convention := _in_one_frame(gt, est)):
+        return [convention]
     original = _Pair({}, gt, est, fit_positions(gt, est))
     pairs = [_corrected(original, mistakes, inverted) for mistakes in MISTAKES]
     moved = _moved(original, pairs)
@@ -138,6 +145,18 @@ def find_conventions(
     return [*conventions.values()]
 
 
+def _in_one_frame(gt_poses: Floats, est_poses: Floats) -> Convention | None:
+    """Return another camera frame in the same coordinate frame, if it explains the rotations."""
+    gt, est = gt_poses[:, :3, :3], est_poses[:, :3, :3]
+    between = gt.swapaxes(1, 2) @ est
+    body = _common_or(tlud_mean(between))
+    now, then = (_ras_of(rotation_angles(each.T @ between)) for each in (np.eye(3), body))
+    is_other = rotation_angles(body[None])[0] > NEAR_DEG
+    is_best = then >= _ras(gt_poses, est_poses, np.eye(3))[0] - EQUAL
+    is_convention = is_other and is_best and then >= now + CLEAR_GAIN
+    return Convention(body_rotation=body) if is_convention else None
+
+
 def _clearly_better(
     fits: "list[_Candidate]", as_it_is: float, near: float, *, are_truer: bool
 ) -> "list[_Candidate]":
@@ -150,7 +169,7 @@ def _clearly_better(
     for fit in fits:
         is_frame = not fit.pair.mistakes and not fit.has_same_axes
         now = as_it_is if is_frame else near
-        gain = MIN_GAIN if fit.is_consistent else min(0.3, (1 - now) / 2)
+        gain = MIN_GAIN if fit.is_consistent else min(CLEAR_GAIN, (1 - now) / 2)
         if fit.ras >= (as_it_is - EQUAL if are_truer else now + gain):
             better.append(fit)
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
@@ -452,7 +471,11 @@ def _fitted_frame(gt_poses: Floats, est_poses: Floats, positions: Floats | None)
 
     What is between them is inaccuracy.
     """
-    body = _rotation_between_cameras(gt_poses, est_poses, positions)
+    return _common_or(_rotation_between_cameras(gt_poses, est_poses, positions))
+
+
+def _common_or(body: Floats) -> Floats:
+    """Return a common rotation of the camera frame if one is near, otherwise the given one."""
     common = np.array(list(COMMON.values()))
     apart = rotation_angles(common.swapaxes(1, 2) @ body)
     return common[np.argmin(apart)] if apart.min() <= NEAR_DEG else body
@@ -493,8 +516,12 @@ def _ras(gt_poses: Floats, est_poses: Floats, body: Floats) -> tuple[float, Floa
     """Return the RAS with infinitely many thresholds, and the rotation between the frames."""
     gt, est = gt_poses[:, :3, :3], est_poses[:, :3, :3] @ body.T
     frame = tlud_mean(est @ gt.swapaxes(1, 2))
-    errors = rotation_angles((frame @ gt).swapaxes(1, 2) @ est)
-    return float(np.maximum(1 - errors / NEAR_DEG, 0).mean()), frame
+    return _ras_of(rotation_angles((frame @ gt).swapaxes(1, 2) @ est)), frame
+
+
+def _ras_of(errors: Floats) -> float:
+    """Return the RAS of errors in degrees with infinitely many thresholds."""
+    return float(np.maximum(1 - errors / NEAR_DEG, 0).mean())
 
 
 def rotations_fit_mirrored(gt_poses: Floats, est_poses: Floats, mirrors: Iterable[Floats]) -> bool:

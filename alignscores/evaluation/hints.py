@@ -56,6 +56,7 @@ CLEAR = 0.1  # gain of a remedy
 SMALL, MIN_T = 0.01, 2.0  # or so small a one, of so many standard errors
 OUTLIER = 3.0  # median errors
 EQUAL = 0.02  # difference between remedies that are equally good
+MAX_SHIFT = 0.25  # of the frames of an estimate
 SPAN_OF_FRAMES = 60  # over which motions are compared, or BLOCKS in a file
 BLOCKS = 20  # stretches of time, for standard errors
 MAX_TURN, MAX_SPEED = 90.0, 40.0  # of a camera, in the median: deg/s and m/s
@@ -403,7 +404,10 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     span = min(SPAN_OF_FRAMES, np.ptp(estimate.keys) / BLOCKS)
     if span == 0:
         return
-    clock = find_clock(*(poses._replace(keys=poses.keys / span) for poses in (reference, estimate)))
+    paths = (poses._replace(keys=poses.keys / span) for poses in (reference, estimate))
+    are_rows = reference.keys[0] == estimate.keys[0] == 0
+    within = MAX_SHIFT * np.ptp(estimate.keys) / span if are_rows else np.inf
+    clock = find_clock(*paths, within=within)
     if clock is None or not clock.certain:
         return
     shift = clock.seconds * span
@@ -411,6 +415,9 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     if round(low) <= 0 <= round(high):
         return
     shifts = range(math.floor(low), math.ceil(high) + 1)
+    if are_rows and not state.scored:  # their number differs: some are missing at the ends
+        missing = len(reference.keys) - len(estimate.keys)
+        shifts = range(max(shifts.start, min(missing, 0)), min(shifts.stop, max(missing, 0) + 1))
     for frames in sorted(shifts, key=lambda n: abs(n - shift)):
         yield _Remedy(
             "clock",
@@ -461,7 +468,12 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     mirrors: list[_Remedy] = []
     if state.has_rotations:
         inverted = _inverted(state.settings)
-        found = find_conventions(state.scored.gt_poses, state.scored.est_poses, inverted=inverted)
+        found = find_conventions(
+            state.scored.gt_poses,
+            state.scored.est_poses,
+            inverted=inverted,
+            are_aligned=state.settings.alignment != "none",
+        )
         rows = _sample(state.scored)
         pair = state.scored.gt_poses[rows], state.scored.est_poses[rows]
         # On a plane, another convention and a mirror have much the same effect.
