@@ -39,6 +39,7 @@ TINY = 0.005  # seconds; a smaller offset is none
 TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way looks the same
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = {1: 6.3, 3: 4.2}  # quartiles of disagreements, by dimension: 3 medians of normal ones
+CAP = 0.25  # of the deviations of both from the median; larger disagreements are all alike
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
 # Slope of the variance of `smoothed` noise next to a stamp, relative to the variance at the stamp,
 # for each step between stamps. The minimum is a quarter of a step away.
@@ -254,10 +255,8 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
         return np.zeros(1), np.zeros(1), _Elsewhere(disagreements)
     everywhere = np.concatenate(sizes_of_ref)
     scale = 0.0 if ref.rotations else float(everywhere.mean() - sizes_of_est.mean())
-    cap = float(
-        np.abs(np.median(everywhere) - sizes_of_est).mean()
-        + np.abs(everywhere - np.median(everywhere)).mean()
-    )
+    middle = np.median(everywhere)
+    cap = CAP * float(np.abs(sizes_of_est - middle).mean() + np.abs(everywhere - middle).mean())
     rows = zip(first.tolist(), spans.tolist(), sizes_of_est.tolist(), strict=True)
     for motion, (row, span, size) in enumerate(rows):
         if span in of_span:

@@ -710,6 +710,24 @@ def test_noisy_cameras_that_hardly_rotate_are_no_motions(rate, degrees):
             assert hints(Trajectory(keys, truth), Trajectory(keys, noisy)) == []
 
 
+def test_a_camera_frame_is_named_on_a_flat_road_if_nothing_is_aligned():
+    """Where rotations are aligned, the alignment takes it; no score counts it then."""
+    rng = np.random.default_rng(9)
+    times = np.arange(400) / 10
+    truth = np.tile(np.eye(4), (len(times), 1, 1))
+    truth[:, :3, :3] = Rotation.from_euler("z", np.sin(0.2 * times)[:, None]).as_matrix()
+    truth[:, :3, 3] = np.cumsum(truth[:, :3, 0], axis=0)
+    estimate = disturbed(truth, rng)
+    right = evaluate(truth, estimate, alignment="none").pas
+    assert hints(truth, estimate, alignment="none") == []
+    estimate[:, :3, :3] = estimate[:, :3, :3] @ Rotation.from_euler("z", 0.7).as_matrix()
+    (hint,) = hints(truth, estimate, alignment="none")
+    assert "the camera frame of the estimate is rotated against that of the reference" in hint.text
+    corrected = evaluate(truth, estimate, alignment="none", body_rotation="auto")
+    assert corrected.pas == pytest.approx(right, abs=0.02)
+    assert hints(truth, estimate) == []
+
+
 @pytest.mark.parametrize("shift", [-1, 1, 4])
 def test_frames_that_are_numbered_from_another_one_are_named(shift):
     rng = np.random.default_rng(8)
