@@ -1,5 +1,6 @@
 """COLMAP models: folders with text or binary files, and models of pycolmap in memory."""
 
+import math
 import re
 import struct
 from collections import Counter
@@ -239,7 +240,7 @@ def _is_image(line: str) -> bool:
     image = _image(line)
     if image is None or image[0].startswith("#") or is_number(image[0]):
         return False
-    return bool(abs(np.linalg.norm(image[1][:4]) - 1) <= MAX_ROUNDING)
+    return abs(math.hypot(*image[1][:4]) - 1) <= MAX_ROUNDING
 
 
 def _image(line: str) -> Image | None:

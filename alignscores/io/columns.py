@@ -208,7 +208,7 @@ def _words(header: str) -> list[str]:
     text = re.sub(last_word, "_", header.translate(LETTERS)).lower()
     text = re.sub("(?:(m)illi|(c)enti|(k)ilo)?met(?:er|re)s?", r"\1\2\3m", text)
     text = re.sub(r"100\s*ns", "ticks", text)
-    text = re.sub(r"(?<=\w) +(?=[\[(])", "", text.lstrip("#%/ \t"))  # x [m]
+    text = re.sub(r"(?<=\w) +(?=[\[(])", "", text.lstrip("\ufeff#%/ \t"))  # x [m]
     text = re.sub(r"[\[(][^\])]*", lambda unit: unit[0].replace(" ", "_"), text)  # [m s^-1]
     return [word.strip() for word in text.split("," if "," in text else None)]
 
