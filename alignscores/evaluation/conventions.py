@@ -66,6 +66,7 @@ NEAR_DEG = 10.0  # the largest threshold of the RAS; a smaller B is inaccuracy
 MIN_CAMERAS = 10  # fewer fit some rotation by chance
 SAMPLE = 300  # cameras looked at
 STEPS = 5  # in which B and Q are refined in turn
+ABOUT = 2.0  # ratio of errors of positions that are about the same
 ROUNDING = 1e-6  # of errors of positions, relative to those with a mistake
 EQUAL = 0.02  # difference of the RAS of conventions that fit equally well
 MIN_GAIN, CLEAR_GAIN = 0.1, 0.3  # of the RAS under a convention; the latter without positions
@@ -304,7 +305,7 @@ def _candidates(
     none, *swaps = COMMON.values()
     yield from ((pair, none) for pair in inputs)
     yield from ((pair, axes) for axes in swaps for pair in may_have_frame)
-    nearer = [pair for pair in pairs if pair.positions.error <= now.error]
+    nearer = [pair for pair in pairs if pair.positions.error <= ABOUT * now.error]
     one, both = ([pair for pair in nearer if len(pair.mistakes) == n] for n in (1, 2))
     if not moved:
         yield from _of_rotations(one)
