@@ -418,7 +418,7 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     if are_rows and not state.scored:  # their number differs: some are missing at the ends
         missing = len(reference.keys) - len(estimate.keys)
         shifts = range(max(shifts.start, min(missing, 0)), min(shifts.stop, max(missing, 0) + 1))
-    for frames in sorted(shifts, key=lambda n: abs(n - shift)):
+    for frames in sorted({*shifts} - {0}, key=lambda n: abs(n - shift)):
         yield _Remedy(
             "clock",
             f"its frames are off by {abs(frames)} against those of {files.reference}: motions fit "
