@@ -23,4 +23,4 @@ def load_yaml(path: str | PathLike[str]) -> Any:
     except RecursionError:
         raise ValueError("cannot be read: it is nested too deeply") from None
     except (AttributeError, LookupError, TypeError):  # as of `!!bool x`
-        raise ValueError("cannot be read: a value is none of its tag's type") from None
+        raise ValueError("cannot be read: a value does not have the type of its tag") from None

@@ -38,8 +38,8 @@ MIN_BLOCKS = 5  # of a recording of a few seconds
 TINY = 0.005  # seconds; a smaller offset is none
 TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way looks the same
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
-OUTLIER = {1: 6.3, 3: 4.2}  # quartiles of disagreements, by dimension: 3 medians of normal ones
-CAP = 0.25  # of the deviations of both from the median; larger disagreements are all alike
+OUTLIER = {1: 6.3, 3: 4.2}  # lower quartiles, by dimension: 3 medians of normal disagreements
+CAP = 0.25  # of the deviations of both from the median; larger disagreements count as much
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
 # Slope of the variance of `smoothed` noise next to a stamp, relative to the variance at the stamp,
 # for each step between stamps. The minimum is a quarter of a step away.
@@ -431,7 +431,7 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
             vectors = aligned - moves[part], slopes[part] @ stretch.matrix
             difference[part], slopes[part] = comparison.unexplained(stretch, aligned, *vectors)
         sizes = np.linalg.norm(difference[rows], axis=1)
-        rows = rows[_fit(sizes, moves.shape[1])] if len(rows) else rows
+        rows = rows[_are_inliers(sizes, moves.shape[1])] if len(rows) else rows
         blocks = np.arange(len(rows)) * BLOCKS // max(len(rows), 1)
         moments = np.bincount(blocks, (difference * slopes)[rows].sum(axis=1), BLOCKS)
         squares = np.bincount(blocks, (slopes[rows] ** 2).sum(axis=1), BLOCKS)
@@ -458,10 +458,10 @@ def _jackknife(others: Floats, n: int) -> float:
     return float(np.sqrt(n / (n - 1) * (shares.reshape(n, -1).sum(axis=1) ** 2).sum()))
 
 
-def _fit(sizes: Floats, dimension: int) -> Booleans:
+def _are_inliers(sizes: Floats, dimension: int) -> Booleans:
     """Return which disagreements are no outliers.
 
-    Where a third of the poses are, they spoil more than half of the motions, and the median.
+    If a third of the poses are outliers, more than half of the motions are, and so is the median.
     """
     return np.asarray(sizes <= OUTLIER[dimension] * np.quantile(sizes, 0.25))
 
@@ -489,7 +489,7 @@ def _aligned(rows: Indices, moves: Floats, true: Floats) -> _Stretch:
     """
     if true.shape[1] == 1:
         off = np.abs(true - moves - np.median(true - moves))[:, 0]
-        return _Stretch(rows, _fit(off, 1), np.eye(1))
+        return _Stretch(rows, _are_inliers(off, 1), np.eye(1))
     fits = np.ones(len(true), dtype=bool)
     for _ in range(3):
         u, sizes, vt = np.linalg.svd(moves[fits].T @ true[fits])
@@ -497,5 +497,5 @@ def _aligned(rows: Indices, moves: Floats, true: Floats) -> _Stretch:
         scale = (sizes * sign).sum() / max((true[fits] ** 2).sum(), np.finfo(float).tiny)
         matrix = scale * (u * sign @ vt).T
         off = np.linalg.norm(true @ matrix - moves, axis=1)
-        fits = _fit(off, 3)
+        fits = _are_inliers(off, 3)
     return _Stretch(rows, fits, matrix)
