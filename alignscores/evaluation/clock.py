@@ -175,10 +175,8 @@ class _Path:
         length = self.stamps[after] - self.stamps[before]
         valid = (times >= 0) & (times <= self.stamps[-1]) & (length <= LONGEST_SPAN)
         share = np.clip((times - self.stamps[before]) / length, 0, 1)[..., None]
-        points = (1 - share) * self.points[before] + share * self.points[after]
-        if self.rotations:
-            points /= np.linalg.norm(points, axis=-1, keepdims=True)
-        return points, valid
+        first, second = (self.points.take(rows, axis=0) for rows in (before, after))
+        return self.unit((1 - share) * first + share * second), valid
 
     def smoothed(self, times: Floats) -> tuple[Floats, Booleans]:
         """Return points with about the same noise at and between stamps, as a cubic spline has.
@@ -186,10 +184,13 @@ class _Path:
         Otherwise offsets between two stamps would fit better, since interpolation averages noise.
         """
         parts, known = self.at(np.stack([times + shift * self.half for shift in range(-2, 3)]))
-        points = parts.mean(axis=0)
-        if self.rotations:
-            points /= np.linalg.norm(points, axis=-1, keepdims=True)
-        return points, known[2]
+        return self.unit(parts.mean(axis=0)), known[2]
+
+    def unit(self, points: Floats) -> Floats:
+        """Return quaternions of unit length; positions as they are."""
+        if not self.rotations:
+            return points
+        return np.asarray(points / np.sqrt(np.einsum("...i,...i", points, points))[..., None])
 
     @cached_property
     def half(self) -> float:
@@ -319,19 +320,19 @@ def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple
     gyroscope would pass for an offset; the standard error allows for a constant bias.
     """
     if not ref.rotations:  # speeds leave a broad peak
+        comparison = _Comparison(ref, motions, np.subtract, np.subtract)
         near = offset + np.arange(-SPAN, SPAN + step, step)
-        return _least_squares(_Comparison(ref, motions, np.subtract, np.subtract), near, step)
-    near = offset + step * np.linspace(-1, 1, 5)
+        return _least_squares(comparison, min(near.tolist(), key=comparison.left), step)
     vectors = [
         _Comparison(ref, motions, *pair)
         for pair in ((_in_camera, _in_camera), (_in_camera, _in_frame), (_in_frame, _in_camera))
     ]
     best = min(vectors, key=lambda comparison: comparison.left(offset))
     angles = _Comparison(ref, motions, _angles, _angles)
-    (seconds, error), by_angles = (_least_squares(each, near, step) for each in (best, angles))
+    (seconds, error), by_angles = (_least_squares(each, offset, step) for each in (best, angles))
     if error > MIXED_UP * by_angles[1]:
         best, (seconds, error) = angles, by_angles
-    _, error_if_biased = _least_squares(replace(best, is_biased=True), np.array([seconds]), step)
+    _, error_if_biased = _least_squares(replace(best, is_biased=True), seconds, step)
     return seconds, max(error, error_if_biased)
 
 
@@ -410,15 +411,14 @@ def _axes(first: Floats, second: Floats, sign: float) -> Floats:
     return np.where(real < 0, -2, 2) * imaginary
 
 
-def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[float, float]:
-    """Return the offset near others that minimises squared differences, and its standard error.
+def _least_squares(comparison: _Comparison, start: float, step: float) -> tuple[float, float]:
+    """Return the offset near another that minimises squared differences, and its standard error.
 
     The standard error comes from a jackknife over stretches of time, since errors of neighbouring
     motions are alike; longer stretches have a larger one if those of stretches are, too. It allows
     for a shift to either side by noise of the reference, which is averaged less at its stamps. It
-    is infinite where there is no minimum within a step.
+    is infinite where there is no minimum within two steps.
     """
-    start = float(near[np.argmin([comparison.left(at) for at in near])])
     offset, h, moves = start, 0.1 * step, comparison.moves
     for _ in range(MAX_ITERATIONS):
         (earlier, early), (now, known), (later, late) = (
@@ -445,7 +445,7 @@ def _least_squares(comparison: _Comparison, near: Floats, step: float) -> tuple[
         half = comparison.ref.half
         by_averaging = min(AVERAGING / 2 * noise / (2 * half), half / 2)
         error = math.hypot(error, by_averaging / math.sqrt(3))  # anywhere within that
-        if abs(offset - start) > step:
+        if abs(offset - start) > 2 * step:
             return offset, np.inf
         if abs(change) <= CONVERGED * error:
             break

@@ -8,7 +8,7 @@ hint is given only if that raises the score clearly, and names the file, the opt
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import chain, product
@@ -54,6 +54,7 @@ __all__ = ["Files", "Scored", "look", "rescue"]
 
 CLEAR = 0.1  # gain of a remedy
 SMALL, MIN_T = 0.01, 2.0  # or so small a one, of so many standard errors
+ALMOST_PERFECT = 1 - SMALL  # of a score that no remedy raises
 OUTLIER = 3.0  # median errors
 EQUAL = 0.02  # difference between remedies that are equally good
 MAX_SHIFT = 0.25  # of the frames of an estimate
@@ -166,17 +167,12 @@ def look(
     The score is the PAS, without rotations the TAS.
     """
     state = _State(reference, estimate, settings, scored, attempt, has_rotations)
-    for find in (
-        _units_of_time,
-        _increments,  # which would pass for late poses
-        _clocks_and_conventions,
-        _conventions,
-        _mirrored,
-        _units_of_length,
-    ):
-        if state.score > 1 - SMALL:
-            break
-        state = _tried(state, list(find(state, files)))
+    state = _tried(state, _units_of_time(state, files))
+    state = _tried(state, _increments(state, files))  # which would pass for late poses
+    state = _on_time(state, files)
+    state = _tried(state, _conventions(state, files))
+    state = _tried(state, _mirrored(state, files))
+    state = _tried(state, _units_of_length(state, files))
     return list(state.notes)
 
 
@@ -199,17 +195,19 @@ def rescue(
         _increments,
         _between_stamps,
     ):
-        tried = _tried(state, list(find(state, files)))
+        tried = _tried(state, find(state, files))
         if tried.notes:
             return str(tried.notes[0])
     return ""
 
 
-def _tried(state: _State, remedies: Sequence[_Remedy]) -> _State:
+def _tried(state: _State, remedies: Iterable[_Remedy]) -> _State:
     """Return the state with the best remedy and a hint on it, if that raises the score clearly.
 
-    The likeliest remedies come first.
+    The likeliest remedies come first. None is looked for where there is nothing to gain.
     """
+    if state.score > ALMOST_PERFECT:
+        return state
     tried = [(remedy, after) for remedy in remedies if (after := state.after(remedy))]
     remedy, best = None, state
     for other, after in tried:
@@ -439,25 +437,27 @@ def _units_and_clocks(state: _State, files: Files) -> Iterator[_Remedy]:
             yield replace(clock, kind=units.kind, text=text, option=option)
 
 
-def _clocks_and_conventions(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the offset of the clocks, with a convention where neither is enough."""
-    for clock in chain(_clocks(state, files), _shifts(state, files)):
-        yield clock
-        on_time = state.after(clock)
-        if on_time is None:
+def _on_time(state: _State, files: Files) -> _State:
+    """Return the state with the clocks corrected, and a convention where neither is enough."""
+    if state.score > ALMOST_PERFECT:
+        return state
+    clocks = [*_clocks(state, files), *_shifts(state, files)]
+    on_time = _tried(state, clocks)
+    if on_time is not state or not clocks:
+        return on_time
+    late = _tried(state, chain(_conventions(state, files), _mirrored(state, files)))
+    remedies = []
+    for clock in clocks:
+        after = state.after(clock)
+        if after is None:
             continue
-        if _is_clear(state, on_time, clock.min_t):
-            continue
-        late = _tried(state, [*_conventions(state, files), *_mirrored(state, files)])
-        for other in chain(_conventions(on_time, files), _mirrored(on_time, files)):
-            both = on_time.after(other)
+        for other in chain(_conventions(after, files), _mirrored(after, files)):
+            both = after.after(other)
             if both and _is_clear(late, both, clock.min_t):
-                yield replace(
-                    other,
-                    text=f"{clock.text}; and {other.text}",
-                    option=f"{clock.option}; {other.option}",
-                    changes={**clock.changes, **other.changes},
-                )
+                text, option = f"{clock.text}; and {other.text}", f"{clock.option}; {other.option}"
+                changes = {**clock.changes, **other.changes}
+                remedies.append(replace(other, text=text, option=option, changes=changes))
+    return _tried(state, remedies)
 
 
 def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
