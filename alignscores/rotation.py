@@ -21,7 +21,7 @@ from .validation import (
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["RASResult", "align_rotations", "ras"]
+__all__ = ["RASResult", "align_rotations", "average_rotation", "ras"]
 
 CAMERAS_AT_ONCE = 1 << 14  # whose errors are computed
 
@@ -169,7 +169,7 @@ def align_rotations(
     if not estimated.all():
         gt, est = gt[estimated], est[estimated]
     # Step 1: the alignment is the robust average of the rotations from camera to camera.
-    Q = _average(est @ gt.swapaxes(1, 2), alignment, up)
+    Q = average_rotation(est @ gt.swapaxes(1, 2), alignment, up)
     # Step 2: the angular errors.
     errors[estimated] = np.concatenate(
         [rotation_angles((Q @ gt[block]).swapaxes(1, 2) @ est[block]) for block in _blocks(len(gt))]
@@ -177,7 +177,7 @@ def align_rotations(
     return Q, errors
 
 
-def _average(rotations: Floats, alignment: str, up: str) -> Floats:
+def average_rotation(rotations: Floats, alignment: str, up: str) -> Floats:
     """Return the rotation between two frames from those of the cameras (n, 3, 3)."""
     if alignment == "none":
         return np.eye(3)

@@ -200,7 +200,8 @@ def _corrected(
         found = find_conventions(
             matches.pose_references,
             estimate.poses[matches.pose_rows],
-            are_aligned=settings.alignment != "none",
+            alignment=settings.alignment,
+            up=settings.up,
         )
         frames = [convention.body_rotation for convention in found if not convention.mistakes]
         body_rotation = frames[0] if frames else None

@@ -35,6 +35,7 @@ from ..averaging import (
 )
 from ..io import inverse_poses
 from ..registration import pcr99
+from ..rotation import average_rotation
 from ..validation import finite_rows
 
 __all__ = [
@@ -71,6 +72,7 @@ ROUNDING = 1e-6  # of errors of positions, relative to those with a mistake
 EQUAL = 0.02  # difference of the RAS of conventions that fit equally well
 MIN_GAIN, CLEAR_GAIN = 0.1, 0.3  # of the RAS; the latter where positions do not confirm it
 MAX_MISFIT = 0.15  # of positions that fit, relative to their extent
+ANY_FIT = 1 / 3  # of positions that are related at all
 CONSISTENT_DEG = 20.0  # between the alignments of positions and rotations
 BODY, CAMERA = "x forward, y left, z up", "x right, y down, z forward"
 OF_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
@@ -104,7 +106,8 @@ def find_conventions(
     est_poses: Floats,
     *,
     inverted: Collection[str] = (),
-    are_aligned: bool = True,
+    alignment: str = "similarity",
+    up: str = "z",
 ) -> list[Convention]:
     """Find the conventions under which the finite ones of estimated poses fit their reference.
 
@@ -114,20 +117,18 @@ def find_conventions(
     and another camera frame, must explain 0.1 more than one; a frame with no common name counts as
     two. Where both are inverted, their rotations may agree; then their positions show it. Those
     that fit equally well are all reported, the likeliest first. `inverted` are the files whose
-    poses were inverted when they were read. Unless rotations `are_aligned`, another camera frame
-    shows also where all turns are about one axis.
+    poses were inverted when they were read. The rotation between the coordinate frames is the one
+    that the alignment allows.
     """
     rows = moving_cameras(gt_poses, est_poses)
     if len(rows) < MIN_CAMERAS:
         return []
     gt, est = gt_poses[rows], est_poses[rows]
-    if not are_aligned and (convention := _in_one_frame(gt, est)):
-        return [convention]
-    original = _Pair({}, gt, est, fit_positions(gt, est))
+    original = _Pair({}, gt, est, fit_positions(gt, est), alignment, up)
     pairs = [_corrected(original, mistakes, inverted) for mistakes in MISTAKES]
     moved = _moved(original, pairs)
     are_truer = any(_are_truer(pair, original) for pair in moved)
-    as_it_is = _ras(gt, est, np.eye(3))[0]
+    as_it_is = original.ras(np.eye(3))[0]
     if as_it_is + MIN_GAIN > 1 and not are_truer:
         return []
     fits = [_fit(*candidate) for candidate in _candidates(original, moved, pairs)]
@@ -144,18 +145,6 @@ def find_conventions(
     for convention in _may_be_inverted([*conventions.values()], original):
         conventions.setdefault(tuple(convention.mistakes.items()), convention)
     return [*conventions.values()]
-
-
-def _in_one_frame(gt_poses: Floats, est_poses: Floats) -> Convention | None:
-    """Return another camera frame in the same coordinate frame, if it explains the rotations."""
-    gt, est = gt_poses[:, :3, :3], est_poses[:, :3, :3]
-    between = gt.swapaxes(1, 2) @ est
-    body = _common_or(tlud_mean(between))
-    now, then = (_ras_of(rotation_angles(each.T @ between)) for each in (np.eye(3), body))
-    is_other = rotation_angles(body[None])[0] > NEAR_DEG
-    is_best = then >= _ras(gt_poses, est_poses, np.eye(3))[0] - EQUAL
-    is_convention = is_other and is_best and then >= now + CLEAR_GAIN
-    return Convention(body_rotation=body) if is_convention else None
 
 
 def _clearly_better(
@@ -236,7 +225,16 @@ class _Pair(NamedTuple):
     gt: Floats
     est: Floats
     positions: "PositionFit"
+    alignment: str  # that the RAS has
+    up: str
     has_moved: bool = False  # whether positions depend on the mistake, as inverse poses do
+
+    def ras(self, body: Floats) -> tuple[float, Floats]:
+        """Return the RAS under B with infinitely many thresholds, and the rotation Q."""
+        gt, est = self.gt[:, :3, :3], self.est[:, :3, :3] @ body.T
+        frame = average_rotation(est @ gt.swapaxes(1, 2), self.alignment, self.up)
+        errors = rotation_angles((frame @ gt).swapaxes(1, 2) @ est)
+        return float(np.maximum(1 - errors / NEAR_DEG, 0).mean()), frame
 
 
 class _Candidate(NamedTuple):
@@ -267,8 +265,8 @@ class _Candidate(NamedTuple):
 
 def _fit(pair: _Pair, axes: Floats | None) -> _Candidate:
     """Return how well rotations fit with these axes of the cameras, None for any."""
-    body = _fitted_frame(pair.gt, pair.est, pair.positions.rotation) if axes is None else axes
-    ras, frame = _ras(pair.gt, pair.est, body)
+    body = _fitted_frame(pair) if axes is None else axes
+    ras, frame = pair.ras(body)
     optimism = _optimism(pair) if axes is None else 0.0
     apart = np.nan
     if pair.positions.rotation is not None:
@@ -282,10 +280,14 @@ def _optimism(pair: _Pair) -> float:
     Some B makes the turns of two short walks alike that have nothing to do with each other.
     """
     half = len(pair.gt) // 2
-    halves = [(pair.gt[rows], pair.est[rows]) for rows in (np.s_[:half], np.s_[half:])]
-    first, second = (_fitted_frame(*part, pair.positions.rotation) for part in halves)
-    fitted = _ras(*halves[0], first)[0] + _ras(*halves[1], second)[0]
-    exchanged = _ras(*halves[0], second)[0] + _ras(*halves[1], first)[0]
+    halves = [
+        pair._replace(gt=pair.gt[rows], est=pair.est[rows]) for rows in (np.s_[:half], np.s_[half:])
+    ]
+    bodies = [_fitted_frame(part) for part in halves]
+    fitted, exchanged = (
+        sum(part.ras(body)[0] for part, body in zip(halves, frames, strict=True))
+        for frames in (bodies, bodies[::-1])
+    )
     return max(fitted - exchanged, 0.0) / 2
 
 
@@ -326,7 +328,7 @@ def _of_rotations(pairs: list[_Pair]) -> Iterator[tuple[_Pair, Floats | None]]:
 
 def _ras_within_inaccuracy(pair: _Pair) -> float:
     """Return the RAS of cameras whose axes are the same, or off by no more than inaccuracy."""
-    body = _rotation_between_cameras(pair.gt, pair.est, pair.positions.rotation)
+    body = _rotation_between_cameras(pair)
     angles, axes = angles_and_axes(body[None])
     near = _fit(pair, rotation_from_vector(min(angles[0], np.radians(NEAR_DEG)) * axes[:, 0]))
     as_it_is = _fit(pair, np.eye(3)).ras
@@ -349,8 +351,8 @@ def _moved(original: _Pair, pairs: list[_Pair]) -> list[_Pair]:
     errors = [
         pair.positions.error
         for pair in pairs
-        if pair.positions.is_much_better_than(now)
-        or (pair.positions.error < now.error / 3 and pair.positions.misfit < now.misfit)
+        if pair.positions.misfit < min(now.misfit, ANY_FIT)
+        and (pair.positions.misfit < now.misfit / 3 or pair.positions.error < now.error / 3)
     ]
     if not errors:
         return []
@@ -391,7 +393,10 @@ def _corrected(original: _Pair, mistakes: Mapping[str, str], inverted: Collectio
     positions = original.positions
     if not {*mistakes.values()} <= OF_ROTATIONS or not mistakes.keys().isdisjoint(inverted):
         positions = fit_positions(gt, est)
-    return _Pair(mistakes, gt, est, positions, positions is not original.positions)
+    has_moved = positions is not original.positions
+    return original._replace(
+        mistakes=mistakes, gt=gt, est=est, positions=positions, has_moved=has_moved
+    )
 
 
 def _transposed(poses: Floats) -> Floats:
@@ -467,42 +472,36 @@ def describe_rotation(rotation: Floats) -> str:
     return f"{np.degrees(angles[0]):.1f} deg about ({axis})"
 
 
-def _fitted_frame(gt_poses: Floats, est_poses: Floats, positions: Floats | None) -> Floats:
+def _fitted_frame(pair: _Pair) -> Floats:
     """Return the constant B with R̂_i ≈ Q R_i B; near a common one the latter.
 
     What is between them is inaccuracy.
     """
-    return _common_or(_rotation_between_cameras(gt_poses, est_poses, positions))
-
-
-def _common_or(body: Floats) -> Floats:
-    """Return a common rotation of the camera frame if one is near, otherwise the given one."""
+    body = _rotation_between_cameras(pair)
     common = np.array(list(COMMON.values()))
     apart = rotation_angles(common.swapaxes(1, 2) @ body)
     return common[np.argmin(apart)] if apart.min() <= NEAR_DEG else body
 
 
-def _rotation_between_cameras(
-    gt_poses: Floats, est_poses: Floats, positions: Floats | None
-) -> Floats:
+def _rotation_between_cameras(pair: _Pair) -> Floats:
     """Return the constant B with R̂_i ≈ Q R_i B.
 
     Between two cameras both turn by the same angle, about axes that B takes to each other. Where
     all turns are about one axis, that leaves B open; the rotation of the positions is Q, too.
     """
-    gt, est = gt_poses[:, :3, :3], est_poses[:, :3, :3]
+    gt, est = pair.gt[:, :3, :3], pair.est[:, :3, :3]
     true, estimated = _turns(gt), _turns(est)
     lengths = np.linalg.norm([true, estimated], axis=2)
     alike = np.abs(lengths[0] - lengths[1]) < 0.1  # not so where one of the cameras is an outlier
     moments = true[alike].T @ estimated[alike]
     near_identity = 1e-3 * np.linalg.norm(moments) * np.eye(3)  # where turns are about one axis
     bodies = [project_to_rotation(moments + near_identity)]
-    if positions is not None:
-        bodies.append(tlud_mean((positions @ gt).swapaxes(1, 2) @ est))
+    if pair.positions.rotation is not None:
+        bodies.append(tlud_mean((pair.positions.rotation @ gt).swapaxes(1, 2) @ est))
     for _ in range(STEPS):
-        frames = [tlud_mean(est @ body.T @ gt.swapaxes(1, 2)) for body in bodies]
+        frames = [pair.ras(body)[1] for body in bodies]
         bodies = [tlud_mean((frame @ gt).swapaxes(1, 2) @ est) for frame in frames]
-    return max(bodies, key=lambda body: _ras(gt_poses, est_poses, body)[0])
+    return max(bodies, key=lambda body: pair.ras(body)[0])
 
 
 def _turns(rotations: Floats) -> Floats:
@@ -513,26 +512,23 @@ def _turns(rotations: Floats) -> Floats:
     return np.asarray((np.sin(angles) * axes).T)
 
 
-def _ras(gt_poses: Floats, est_poses: Floats, body: Floats) -> tuple[float, Floats]:
-    """Return the RAS with infinitely many thresholds, and the rotation between the frames."""
-    gt, est = gt_poses[:, :3, :3], est_poses[:, :3, :3] @ body.T
-    frame = tlud_mean(est @ gt.swapaxes(1, 2))
-    return _ras_of(rotation_angles((frame @ gt).swapaxes(1, 2) @ est)), frame
-
-
-def _ras_of(errors: Floats) -> float:
-    """Return the RAS of errors in degrees with infinitely many thresholds."""
-    return float(np.maximum(1 - errors / NEAR_DEG, 0).mean())
-
-
-def rotations_fit_mirrored(gt_poses: Floats, est_poses: Floats, mirrors: Iterable[Floats]) -> bool:
+def rotations_fit_mirrored(
+    gt_poses: Floats, est_poses: Floats, mirrors: Iterable[Floats], alignment: str, up: str
+) -> bool:
     """Return whether one of some mirrors raises the RAS by 0.1, and positions fit."""
-    min_ras = _ras(gt_poses, est_poses, np.eye(3))[0] + MIN_GAIN
+    rows = moving_cameras(gt_poses, est_poses)
+    if len(rows) < MIN_CAMERAS:
+        return False
+    gt, est = gt_poses[rows], est_poses[rows]
+    pair = _Pair({}, gt, est, fit_positions(gt, est), alignment, up)
+    if pair.positions.misfit > MAX_MISFIT:
+        return False
+    min_ras = pair.ras(np.eye(3))[0] + MIN_GAIN
     for mirror in mirrors:
-        mirrored = gt_poses.copy()
-        mirrored[:, :3, :3] = mirror @ gt_poses[:, :3, :3] @ mirror
-        if _ras(mirrored, est_poses, np.eye(3))[0] >= min_ras:
-            return fit_positions(gt_poses, est_poses).misfit <= MAX_MISFIT
+        mirrored = gt.copy()
+        mirrored[:, :3, :3] = mirror @ gt[:, :3, :3] @ mirror
+        if pair._replace(gt=mirrored).ras(np.eye(3))[0] >= min_ras:
+            return True
     return False
 
 
@@ -554,8 +550,8 @@ class PositionFit(NamedTuple):
         return float(np.median(np.linalg.norm(self.errors, axis=1)))
 
     def is_much_better_than(self, other: "PositionFit") -> bool:
-        """Return whether the misfit is less than a third, at most a third of the extent."""
-        return self.misfit < min(other.misfit, 1.0) / 3
+        """Return whether the misfit is less than a third, and positions fit at all."""
+        return self.misfit < min(other.misfit / 3, ANY_FIT)
 
 
 def fit_positions(gt_poses: Floats, est_poses: Floats) -> PositionFit:

@@ -467,17 +467,11 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     found: list[Convention] = []
     mirrors: list[_Remedy] = []
     if state.has_rotations:
-        inverted = _inverted(state.settings)
-        found = find_conventions(
-            state.scored.gt_poses,
-            state.scored.est_poses,
-            inverted=inverted,
-            are_aligned=state.settings.alignment != "none",
-        )
-        rows = _sample(state.scored)
-        pair = state.scored.gt_poses[rows], state.scored.est_poses[rows]
+        gt, est = state.scored.gt_poses, state.scored.est_poses
+        how = {"alignment": state.settings.alignment, "up": state.settings.up}
+        found = find_conventions(gt, est, inverted=_inverted(state.settings), **how)
         # On a plane, another convention and a mirror have much the same effect.
-        if found or (len(rows) >= MIN_CAMERAS and rotations_fit_mirrored(*pair, MIRRORS.values())):
+        if found or rotations_fit_mirrored(gt, est, MIRRORS.values(), **how):
             mirrors = list(_mirrors(state, files))
     if mirrors and _fits_mirrored(state.scored, state.settings):
         yield from mirrors
@@ -684,9 +678,14 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
         option = _columns(state, files, {side: "y x"})
         if option:
             yield _Remedy("mirrored", text, f"{option} swaps two axes", both[REF], both[EST])
-    positions = reference.poses.copy()
-    positions[:, :3, 3] @= MIRRORS["z negated"]
-    changed = {"one axis negated, or two swapped, in its positions": positions}
+    # An alignment that rotates freely takes each of these mirrors to any other.
+    any_mirror = {"one axis negated, or two swapped,": MIRRORS["z negated"]}
+    counts_rotation = state.settings.alignment in ("yaw", "none")
+    changed = {}
+    for change, mirror in (MIRRORS if counts_rotation else any_mirror).items():
+        poses = reference.poses.copy()
+        poses[:, :3, 3] @= mirror
+        changed[f"{change} in its positions"] = poses
     for change, mirror in MIRRORS.items() if state.has_rotations else ():
         poses = reference.poses.copy()
         poses[:, :3, 3] @= mirror
