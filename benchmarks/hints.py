@@ -38,6 +38,13 @@ MIN_SCORE = 0.2  # of files without a mistake; estimates with a lower score are 
 REF, EST = "reference.txt", "estimate.txt"
 OTHER_AXES = np.diag([1.0, -1, -1, 1]), np.eye(4)[[1, 2, 0, 3]], np.eye(4)[[2, 0, 1, 3]]
 CAMERA_AXES = Rotation.from_matrix([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # of one that looks ahead
+FRAMES = {  # of an estimate, by alignment
+    "similarity": ["the same", "of the first pose", "yaw", "any"],
+    "rigid": ["the same", "of the first pose", "yaw", "any"],
+    "yaw": ["the same", "yaw"],
+    "none": ["the same"],
+}
+OTHER_ALIGNMENTS = 0.3  # share of pairs
 RealPairs = Sequence[tuple[Trajectory, Trajectory]]
 
 
@@ -166,10 +173,10 @@ def estimated_stamps(rng: np.random.Generator, stamps: Floats) -> Floats:
     return stamps
 
 
-def in_frame(rng: np.random.Generator, estimate: Trajectory, *, metric: bool) -> Trajectory:
-    """Return an estimate in a coordinate frame such as systems use."""
+def in_frame(rng: np.random.Generator, estimate: Trajectory, alignment: str) -> Trajectory:
+    """Return an estimate in a coordinate frame such as systems use, which the alignment removes."""
     poses = estimate.poses.copy()
-    match rng.choice(["the same", "of the first pose", "yaw", "any"]):
+    match rng.choice(FRAMES[alignment]):
         case "of the first pose":
             poses = inverse_poses(poses[:1]) @ poses
         case "yaw":
@@ -178,18 +185,21 @@ def in_frame(rng: np.random.Generator, estimate: Trajectory, *, metric: bool) ->
         case "any":
             rotation = Rotation.random(1, random_state=rng)
             poses = _poses(rotation, 5 * rng.normal(size=(1, 3))) @ poses
-            poses[:, :3, 3] *= 1.0 if metric else np.exp(rng.normal())
+            poses[:, :3, 3] *= np.exp(rng.normal()) if alignment == "similarity" else 1.0
     return estimate._replace(poses=poses)
 
 
 def draw(rng: np.random.Generator, real: RealPairs, *, metric: bool) -> Pair:
     """Return files without a mistake: random ones, or a random part of real ones."""
+    alignment = "rigid" if metric else "similarity"
     if real and rng.random() < 0.3:
         truth, estimate = real[int(rng.integers(len(real)))]
         start = rng.uniform(0, 0.6) * np.ptp(truth.keys) + truth.keys[0]
         end = start + rng.uniform(0.25, 0.4) * np.ptp(truth.keys)
         truth, estimate = (_between(path, start, end) for path in (truth, estimate))
-        return Pair(Written(truth, True), Written(estimate, True))
+        return Pair(Written(truth, True), Written(estimate, True), {"alignment": alignment})
+    if rng.random() < OTHER_ALIGNMENTS:
+        alignment = str(rng.choice(["rigid", "yaw", "none"]))
     kind = rng.choice(["hand", "drone", "car", "around an object"])
     rate = float(rng.choice([10, 20, 30, 100]))
     truth = make_path(rng, kind, rng.uniform(20, 90), rate)
@@ -200,8 +210,9 @@ def draw(rng: np.random.Generator, real: RealPairs, *, metric: bool) -> Pair:
         stamps = estimated_stamps(rng, stamps + rng.uniform(0, 0.01))
         if len(stamps) >= MIN_POSES:
             break
-    estimate = in_frame(rng, estimate_of(rng, truth, stamps), metric=metric)
-    return Pair(Written(truth, bool(table)), Written(estimate, bool(table)))
+    estimate = in_frame(rng, estimate_of(rng, truth, stamps), alignment)
+    written = (Written(path, bool(table)) for path in (truth, estimate))
+    return Pair(*written, {"alignment": alignment})
 
 
 def _between(path: Trajectory, start: float, end: float) -> Trajectory:
@@ -217,8 +228,6 @@ def with_mistake(rng: np.random.Generator, pair: Pair, name: str) -> tuple[Pair,
     mistake = MISTAKES[name]
     files = mistake.files[int(rng.integers(len(mistake.files)))]
     seed = int(rng.integers(2**32))  # the same mistake in both
-    if name == "lengths":
-        pair = replace(pair, settings={"alignment": "rigid"})
     if name == "axes swapped":
         reference = replace(pair.reference, positions_only=pair.reference.table)
         pair = replace(pair, reference=reference)
@@ -342,6 +351,7 @@ class Judged(NamedTuple):
     """The hints on a pair, the verdict on them, and the scores without the mistake and with it."""
 
     number: int
+    alignment: str
     mistake: str
     files: str
     right: float
@@ -366,7 +376,8 @@ def judge(number: int, seed: int, mistake: str, real: RealPairs) -> Judged:
         if result.hints:
             verdict = "right" if is_right(pair, right, result, folder) else "wrong"
     files, hints = "+".join(pair.files), " | ".join(result.hints)
-    return Judged(number, mistake, files, right, result.score, verdict, hints)
+    alignment = pair.settings["alignment"]
+    return Judged(number, alignment, mistake, files, right, result.score, verdict, hints)
 
 
 class Scored(NamedTuple):
