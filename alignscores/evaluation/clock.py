@@ -39,7 +39,8 @@ TINY = 0.005  # seconds; a smaller offset is none
 TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way looks the same
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = {1: 6.3, 3: 4.2}  # lower quartiles, by dimension: 3 medians of normal disagreements
-CAP = 0.25  # of the deviations of both from the median; larger disagreements count as much
+# Of the median deviations of both from their medians; larger disagreements count as much.
+CAP_OF_RATES, CAP_OF_SPEEDS = 0.33, 2.0
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
 # Slope of the variance of `smoothed` noise next to a stamp, relative to the variance at the stamp,
 # for each step between stamps. The minimum is a quarter of a step away.
@@ -255,16 +256,17 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
     if not sizes_of_ref:
         return np.zeros(1), np.zeros(1), _Elsewhere(disagreements)
     everywhere = np.concatenate(sizes_of_ref)
-    scale = 0.0 if ref.rotations else float(everywhere.mean() - sizes_of_est.mean())
     middle = np.median(everywhere)
-    cap = CAP * float(np.abs(sizes_of_est - middle).mean() + np.abs(everywhere - middle).mean())
+    scale = 0.0 if ref.rotations else float(middle - np.median(sizes_of_est))
+    spreads = [np.median(np.abs(sizes - np.median(sizes))) for sizes in (sizes_of_est, everywhere)]
+    cap = (CAP_OF_RATES if ref.rotations else CAP_OF_SPEEDS) * float(sum(spreads))
     rows = zip(first.tolist(), spans.tolist(), sizes_of_est.tolist(), strict=True)
     for motion, (row, span, size) in enumerate(rows):
         if span in of_span:
             sizes, both = of_span[span]
             where = slice(n_before - row, n_before - row + len(sizes))
-            difference = sizes - size
-            capped = np.minimum(np.abs(difference - scale), cap)
+            difference = np.clip(sizes - size - scale, -cap, cap)
+            capped = np.abs(difference)
             disagreements[motion] = capped @ both / max(both.sum(), 1)
             if ref.rotations:
                 difference = capped
@@ -299,7 +301,7 @@ def _evidence(ref: _Path, motions: _Motions, offset: float, elsewhere: _Elsewher
         return 0.0
     difference = ref.sizes(first, second) - motions.sizes
     if not ref.rotations:
-        difference -= difference[known].mean()
+        difference -= np.median(difference[known])
     disagreements = np.minimum(np.abs(difference), elsewhere.cap)
     gain = np.where(known, elsewhere.disagreements - disagreements, 0)
     n = int(np.clip((motions.ends[-1] - motions.starts[0]) / SPAN, MIN_BLOCKS, BLOCKS))

@@ -338,7 +338,7 @@ def _table(state: _State, files: Files, side: str) -> tuple[Table | None, list[s
         else (files.est_path, settings.columns_of_estimates, settings.est_file_format)
     )
     with suppress(*FAILURES):
-        if path and file_format.tables and file_format.timed:
+        if path and file_format.tables and not file_format.inverted:  # which named columns are not
             table = open_table(path)
             return table, name_columns(table, named)
     return None, []
@@ -655,10 +655,29 @@ def _fits_mirrored(scored: Scored, settings: Settings) -> bool:
 def _move_more_alike(errors: Floats, others: Floats) -> bool:
     """Return whether the others of two errors of positions change less from pose to pose."""
     step = -(-len(errors) // (3 * BLOCKS))
-    cap = OUTLIER**2 * min(np.median((each**2).sum(axis=1)) for each in (errors, others))
-    changes = (((each[step:] - each[:-step]) ** 2).sum(axis=1) for each in (errors, others))
-    before, after = (np.minimum(squares, cap) for squares in changes)
-    return all(_t(before - after, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
+    return _are_smaller(errors[step:] - errors[:-step], others[step:] - others[:-step])
+
+
+def _are_smaller(errors: Floats, others: Floats) -> bool:
+    """Return whether the others of two errors (n, 3) are smaller by so many standard errors."""
+    before, after = ((each**2).sum(axis=1) for each in (errors, others))
+    cap = OUTLIER**2 * min(np.median(before), np.median(after))
+    gains = np.minimum(before, cap) - np.minimum(after, cap)
+    return all(_t(gains, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
+
+
+def _errors_of_motions(scored: Scored, rows: Indices) -> Floats:
+    """Return the errors of motions in the frames of the cameras, where drift hardly matters."""
+    step = -(-len(rows) // (3 * BLOCKS))
+    gt, est = (
+        (inverse_poses(poses[rows[:-step]]) @ poses[rows[step:]])[:, :3, 3]
+        for poses in (scored.gt_poses, scored.est_poses)
+    )
+    lengths = np.maximum(np.linalg.norm([gt, est], axis=2), np.finfo(float).tiny)
+    directions = gt / lengths[0][:, None], est / lengths[1][:, None]
+    rotation = project_to_rotation(directions[0].T @ directions[1])
+    scale = np.median(lengths[0]) / np.median(lengths[1])
+    return np.asarray(scale * est @ rotation.T - gt)
 
 
 def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
@@ -693,7 +712,23 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
         changed[f"{change} in its positions and rotations"] = poses
     for change, poses in changed.items():
         option = f"correct the export: with {change}, {files.reference} fits"
-        yield _Remedy("mirrored", text, option, reference._replace(poses=poses), estimate)
+        remedy = _Remedy("mirrored", text, option, reference._replace(poses=poses), estimate)
+        if not (state.has_rotations and _move_less_alike(state, remedy)):
+            yield remedy
+
+
+def _move_less_alike(state: _State, remedy: _Remedy) -> bool:
+    """Return whether motions in the frames of the cameras are less alike after a remedy.
+
+    Heights of a road that drift may fit better mirrored, but then a camera that moves ahead does
+    not.
+    """
+    after = state.after(remedy)
+    if not (state.scored and after and after.scored):
+        return False
+    rows = _sample(state.scored)
+    now, then = (_errors_of_motions(each, rows) for each in (state.scored, after.scored))
+    return _are_smaller(then, now)
 
 
 def _has_constant(trajectory: Trajectory) -> bool:

@@ -313,6 +313,7 @@ def _by_width(table: Table) -> list[str]:
     if not is_number(first[0]):
         _refuse_damaged_number(table)
         layouts = [names.split() for names in OF_NAMES if len(names.split()) == width]
+        layouts.sort(key=lambda names: np.nan_to_num(_usual_deviation(names, table), nan=np.inf))
     else:
         stamp = to_number(first[0])
         is_euroc = table.separator == "," and stamp >= EUROC_STAMP and stamp.is_integer()
@@ -336,15 +337,21 @@ def _refuse_damaged_number(table: Table) -> None:
 
 
 def _have_rotations(names: Sequence[str], table: Table) -> bool:
-    """Return whether the first rows have rotations in these columns, or lost poses only.
+    """Return whether the first rows have rotations in these columns, or lost poses only."""
+    off = _usual_deviation(names, table)
+    if np.isnan(off):
+        rows = [row for row in table.first_rows if len(row) >= len(names)]
+        return not any(is_number(row[names.index("x")], finite=True) for row in rows)
+    return off <= MAX_DEVIATION
+
+
+def _usual_deviation(names: Sequence[str], table: Table) -> float:
+    """Return how far the first rows are from rotations in the median, nan if poses are lost.
 
     One row may be lost, or agree by chance.
     """
-    rows = [row for row in table.first_rows if len(row) >= len(names)]
-    off = np.array([_deviation(names, row) for row in rows])
-    if np.isnan(off).all():
-        return not any(is_number(row[names.index("x")], finite=True) for row in rows)
-    return bool(np.nanmedian(off) <= MAX_DEVIATION)
+    off = [_deviation(names, row) for row in table.first_rows if len(row) >= len(names)]
+    return float("nan") if np.isnan(off).all() else float(np.nanmedian(off))
 
 
 def _refuse_block(table: Table) -> None:
