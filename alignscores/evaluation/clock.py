@@ -26,7 +26,7 @@ from ..averaging import quaternions_from_rotations
 from ..io import Trajectory
 from ..validation import finite_rows
 
-__all__ = ["Clock", "find_clock"]
+__all__ = ["Clock", "align_vectors", "find_clock"]
 
 SPAN = 1.0  # seconds over which motions are compared, or the next longer span between two poses
 LONGEST_SPAN = 2.0  # seconds
@@ -481,17 +481,18 @@ def _stretches(moves: Floats, true: Floats, rows: Indices) -> list[_Stretch]:
     if not len(rows):
         return []
     n = int(np.clip(len(rows) // MIN_MOTIONS, 1, ALIGNMENTS))
-    return [_aligned(part, moves[part], true[part]) for part in np.array_split(rows, n)]
+    parts = np.array_split(rows, n)
+    return [_Stretch(part, *align_vectors(true[part], moves[part])) for part in parts]
 
 
-def _aligned(rows: Indices, moves: Floats, true: Floats) -> _Stretch:
-    """Return how true vectors are rotated and scaled to those of an estimate; without outliers.
+def align_vectors(true: Floats, moves: Floats) -> tuple[Booleans, Floats]:
+    """Return the inliers, and the matrix that rotates and scales true vectors to an estimate's.
 
     Angles are as they are.
     """
     if true.shape[1] == 1:
         off = np.abs(true - moves - np.median(true - moves))[:, 0]
-        return _Stretch(rows, _are_inliers(off, 1), np.eye(1))
+        return _are_inliers(off, 1), np.eye(1)
     fits = np.ones(len(true), dtype=bool)
     for _ in range(3):
         u, sizes, vt = np.linalg.svd(moves[fits].T @ true[fits])
@@ -500,4 +501,4 @@ def _aligned(rows: Indices, moves: Floats, true: Floats) -> _Stretch:
         matrix = scale * (u * sign @ vt).T
         off = np.linalg.norm(true @ matrix - moves, axis=1)
         fits = _are_inliers(off, 3)
-    return _Stretch(rows, fits, matrix)
+    return fits, matrix

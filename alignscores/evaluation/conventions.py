@@ -39,6 +39,7 @@ from ..rotation import average_rotation
 from ..validation import finite_rows
 
 __all__ = [
+    "ANY_FIT",
     "BOTH",
     "EST",
     "INVERTED",

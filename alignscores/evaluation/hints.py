@@ -24,8 +24,9 @@ from ..io.tables import Table, open_table
 from ..io.trajectory import TIME_UNITS
 from ..similarity import Similarity
 from ..validation import finite_rows
-from .clock import find_clock
+from .clock import align_vectors, find_clock
 from .conventions import (
+    ANY_FIT,
     BOTH,
     EST,
     INVERTED,
@@ -42,6 +43,7 @@ from .conventions import (
     describe_rotation,
     find_conventions,
     fit_positions,
+    is_common,
     moving_cameras,
     rotations_fit_mirrored,
 )
@@ -493,9 +495,15 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
                     margin=CLEAR if convention.is_unlikely else remedy.margin,
                 )
         elif body_rotation is not None:
-            option = "--body_rotation auto removes it"
             yield _Remedy(
-                "frame", frame, option, state.reference, state.estimate, changes, alike="frame"
+                "frame",
+                frame,
+                "--body_rotation auto removes it",
+                state.reference,
+                state.estimate,
+                changes,
+                margin=EQUAL if is_common(body_rotation) else CLEAR,  # which fits many mistakes
+                alike="frame",
             )
     yield from (replace(mirror, margin=CLEAR) for mirror in mirrors)
 
@@ -666,20 +674,6 @@ def _are_smaller(errors: Floats, others: Floats) -> bool:
     return all(_t(gains, n) >= MIN_T for n in (BLOCKS, BLOCKS // 2, BLOCKS // 4))
 
 
-def _errors_of_motions(scored: Scored, rows: Indices) -> Floats:
-    """Return the errors of motions in the frames of the cameras, where drift hardly matters."""
-    step = -(-len(rows) // (3 * BLOCKS))
-    gt, est = (
-        (inverse_poses(poses[rows[:-step]]) @ poses[rows[step:]])[:, :3, 3]
-        for poses in (scored.gt_poses, scored.est_poses)
-    )
-    lengths = np.maximum(np.linalg.norm([gt, est], axis=2), np.finfo(float).tiny)
-    directions = gt / lengths[0][:, None], est / lengths[1][:, None]
-    rotation = project_to_rotation(directions[0].T @ directions[1])
-    scale = np.median(lengths[0]) / np.median(lengths[1])
-    return np.asarray(scale * est @ rotation.T - gt)
-
-
 def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield swapped columns of a file without rotations, and a mirrored reference."""
     reference, estimate = state.reference, state.estimate
@@ -727,8 +721,17 @@ def _move_less_alike(state: _State, remedy: _Remedy) -> bool:
     if not (state.scored and after and after.scored):
         return False
     rows = _sample(state.scored)
-    now, then = (_errors_of_motions(each, rows) for each in (state.scored, after.scored))
-    return _are_smaller(then, now)
+    step = -(-len(rows) // (3 * BLOCKS))
+    errors = []
+    for scored in (state.scored, after.scored):
+        gt, est = (
+            (inverse_poses(poses[rows[:-step]]) @ poses[rows[step:]])[:, :3, 3]
+            for poses in (scored.gt_poses, scored.est_poses)
+        )
+        errors.append(gt @ align_vectors(gt, est)[1] - est)
+    now, then = errors
+    misfit = np.median(np.linalg.norm(now, axis=1)) / np.median(np.linalg.norm(est, axis=1))
+    return bool(misfit < ANY_FIT) and _are_smaller(then, now)
 
 
 def _has_constant(trajectory: Trajectory) -> bool:
