@@ -30,7 +30,7 @@ __all__ += ["tas_of_other_seeds"]
 
 SMALL_OFFSET = 0.02  # seconds; a smaller offset of the clocks must raise the score
 CLEAR_OFFSET = 0.005  # by so much; a larger one must not lower the score by as much
-WORTHWHILE_COVERAGE = 0.1  # gain for which errors of a sparse reference may be accepted
+WORTHWHILE = 0.02  # gain for which straight lines in a sparse reference may be accepted
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,22 +165,43 @@ def notes_on_matching(
             "the reference is too sparse to be interpolated: straight lines between its poses are "
             f"off by {outcome.chord:.1%} of d; poses are compared at its own stamps"
         )
-        estimate = estimate._replace(keys=estimate.keys + outcome.t_offset)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            tried = match(reference, estimate, replace(settings, sync="interpolate"), groups)
-        now, then = (
-            matches.matched / len(matches.expected_rows) for matches in (outcome.matches, tried)
-        )
-        remedy = f"--sync interpolate covers {then:.0%} of the frames instead of {now:.0%}"
-        remedy += ", but errors then include the straight lines"
-        notes.append(Note("sparse", text, remedy if then > now + WORTHWHILE_COVERAGE else ""))
+        remedy = _by_interpolation(outcome, reference, estimate, settings, groups)
+        notes.append(Note("sparse", text, remedy))
     if n_rig_frames := outcome.matches.n_rig_frames:
         text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"
         has_names = outcome.matches.keys.dtype.kind == "U"
         remedy = "--rig_frames none counts each camera" if has_names else ""
         notes.append(Note("rig", f"{text} position", remedy))
     return notes
+
+
+def _by_interpolation(
+    outcome: Compared,
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    groups: Indices | None,
+) -> str:
+    """Return the advice to interpolate a sparse reference, if that raises the score clearly."""
+    has_rotations = outcome.matches.has_rotations
+    interpolated = replace(settings, t_offset=outcome.t_offset, sync="interpolate")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tried = match_and_score(reference, estimate, interpolated, has_rotations, groups)
+    except ValueError:
+        return ""
+    before, after = outcome.scored.score, tried.scored.score
+    if after < before + WORTHWHILE:
+        return ""
+    now, then = (
+        each.matches.matched / len(each.matches.expected_rows) for each in (outcome, tried)
+    )
+    name = "PAS" if has_rotations else "TAS"
+    return (
+        f"--sync interpolate has a {name} of {after:.3f} instead of {before:.3f}, and covers "
+        f"{then:.0%} of the frames instead of {now:.0%}, but errors then include the straight lines"
+    )
 
 
 def _corrected(
