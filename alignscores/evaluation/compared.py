@@ -30,7 +30,7 @@ __all__ += ["tas_of_other_seeds"]
 
 SMALL_OFFSET = 0.02  # seconds; a smaller offset of the clocks must raise the score
 CLEAR_OFFSET = 0.005  # by so much; a larger one must not lower the score by as much
-WORTHWHILE = 0.02  # gain for which straight lines in a sparse reference may be accepted
+WORTHWHILE = 0.03  # gain for which straight lines in a sparse reference may be accepted
 
 
 @dataclass(frozen=True, eq=False)

@@ -687,46 +687,51 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
             continue
         poses = trajectory.poses.copy()
         poses[:, :2, 3] = poses[:, 1::-1, 3]
-        both = {REF: reference, EST: estimate, side: trajectory._replace(poses=poses)}
+        swapped = {REF: reference, EST: estimate, side: trajectory._replace(poses=poses)}
         option = _columns(state, files, {side: "y x"})
         if option:
-            yield _Remedy("mirrored", text, f"{option} swaps two axes", both[REF], both[EST])
-    # An alignment that rotates freely takes each of these mirrors to any other.
-    any_mirror = {"one axis negated, or two swapped,": MIRRORS["z negated"]}
-    counts_rotation = state.settings.alignment in ("yaw", "none")
-    changed = {}
-    for change, mirror in (MIRRORS if counts_rotation else any_mirror).items():
-        poses = reference.poses.copy()
-        poses[:, :3, 3] @= mirror
-        changed[f"{change} in its positions"] = poses
-    for change, mirror in MIRRORS.items() if state.has_rotations else ():
-        poses = reference.poses.copy()
-        poses[:, :3, 3] @= mirror
-        poses[:, :3, :3] = mirror @ poses[:, :3, :3] @ mirror
-        changed[f"{change} in its positions and rotations"] = poses
-    for change, poses in changed.items():
-        option = f"correct the export: with {change}, {files.reference} fits"
-        remedy = _Remedy("mirrored", text, option, reference._replace(poses=poses), estimate)
-        if not (state.has_rotations and _move_less_alike(state, remedy)):
-            yield remedy
+            text_of_option = f"{option} swaps two axes"
+            yield _Remedy("mirrored", text, text_of_option, swapped[REF], swapped[EST])
+    each = {change: [mirror] for change, mirror in MIRRORS.items()}
+    # An alignment that rotates freely takes each of these mirrors of positions to any other.
+    is_free = state.settings.alignment not in ("yaw", "none")
+    of_positions = {"one axis negated, or two swapped,": [*MIRRORS.values()]} if is_free else each
+    of_both = each if state.has_rotations else {}
+    candidates = [("positions", *change) for change in of_positions.items()]
+    candidates += [("positions and rotations", *change) for change in of_both.items()]
+    for parts, change, mirrors in candidates:
+        both = parts != "positions"
+        if state.scored and state.has_rotations:
+            less_alike = [_move_less_alike(state.scored, mirror, both) for mirror in mirrors]
+            if all(less_alike):
+                continue
+        option = f"correct the export: with {change} in its {parts}, {files.reference} fits"
+        poses = _mirror(reference.poses, mirrors[0], both)
+        yield _Remedy("mirrored", text, option, reference._replace(poses=poses), estimate)
 
 
-def _move_less_alike(state: _State, remedy: _Remedy) -> bool:
-    """Return whether motions in the frames of the cameras are less alike after a remedy.
+def _mirror(poses: Floats, mirror: Floats, with_rotations: bool) -> Floats:
+    """Return poses with mirrored positions, and rotations if these are mirrored, too."""
+    mirrored = poses.copy()
+    mirrored[:, :3, 3] = poses[:, :3, 3] @ mirror
+    if with_rotations:
+        mirrored[:, :3, :3] = mirror @ poses[:, :3, :3] @ mirror
+    return mirrored
+
+
+def _move_less_alike(scored: Scored, mirror: Floats, with_rotations: bool) -> bool:
+    """Return whether a mirror makes motions in the frames of the cameras less alike.
 
     Heights of a road that drift may fit better mirrored, but then a camera that moves ahead does
     not.
     """
-    after = state.after(remedy)
-    if not (state.scored and after and after.scored):
-        return False
-    rows = _sample(state.scored)
+    rows = _sample(scored)
     step = -(-len(rows) // (3 * BLOCKS))
     errors = []
-    for scored in (state.scored, after.scored):
+    for reference in (scored.gt_poses, _mirror(scored.gt_poses, mirror, with_rotations)):
         gt, est = (
             (inverse_poses(poses[rows[:-step]]) @ poses[rows[step:]])[:, :3, 3]
-            for poses in (scored.gt_poses, scored.est_poses)
+            for poses in (reference, scored.est_poses)
         )
         errors.append(gt @ align_vectors(gt, est)[1] - est)
     now, then = errors

@@ -170,6 +170,19 @@ def test_outliers_leave_an_offset_certain(step, share, seed):
     assert added == pytest.approx(-0.4, abs=0.01)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_outliers_leave_an_offset_by_speeds_certain(seed):
+    """Two motions are spoilt by each, by far more than speeds differ."""
+    truth = walk()
+    estimate = disturbed(truth, 0.4)
+    rng = np.random.default_rng(seed)
+    wrong = rng.random(len(estimate.keys)) < 0.1
+    estimate.poses[wrong, :3, 3] += rng.normal(0, 3, (int(wrong.sum()), 3))
+    estimate.poses[:, :3, :3] = np.eye(3)
+    added, _ = offset(truth, estimate)
+    assert added == pytest.approx(-0.4, abs=0.02)
+
+
 @pytest.mark.parametrize("bias", [0.005, 0.02])  # in rad/s
 def test_the_bias_of_a_gyroscope_is_no_offset(bias):
     """In a bend that gets tighter, both add to the angles by which a car turns."""

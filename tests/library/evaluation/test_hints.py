@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 from alignscores import Trajectory, compare, evaluate
-from alignscores.io import inverse_poses, read_tum
+from alignscores.io import inverse_poses, read_kitti, read_tum
 from alignscores.show.tables import conditions
 from tests.files import write_stamped
 
@@ -963,3 +963,116 @@ def test_keyframes_that_miss_a_sparse_reference_are_not_late():
     with pytest.raises(ValueError, match="--sync interpolate compares") as refusal:
         evaluate(reference, Trajectory(times[::14], disturbed(truth, rng)[::14]), t_max_diff=0.005)
     assert "its clock is off" not in str(refusal.value)
+
+
+def test_transposed_rotations_are_named_where_the_alignment_counts_their_frame():
+    """Their camera frames take the place of the coordinate frames, which no yaw aligns."""
+    rng = np.random.default_rng(5)
+    _, truth = winding(rng)
+    estimate = truth.copy()
+    estimate[:, :3, 3] += rng.normal(0, 0.03, (len(truth), 3))
+    yaw = np.eye(4)
+    yaw[:3, :3] = Rotation.from_euler("z", 0.8).as_matrix()
+    right = evaluate(truth, yaw @ estimate, alignment="yaw").pas
+    pair = [truth.copy(), yaw @ estimate]
+    for poses in pair:
+        poses[:, :3, :3] = poses[:, :3, :3].swapaxes(1, 2)
+    (hint,) = hints(*pair, alignment="yaw")
+    text = "rotations of both the reference and the estimate seem to be world-to-camera"
+    assert text in str(hint)
+    assert f"{right:.3f} corrected" in str(hint)
+    assert hints(truth, yaw @ estimate, alignment="yaw") == []
+
+
+@pytest.mark.parametrize(("alignment", "axes"), [("yaw", "xy"), ("none", "y")])
+def test_the_mirror_is_named_where_the_alignment_does_not_rotate_freely(alignment, axes):
+    """A yaw of 180 degrees takes x negated to y negated, but not to z negated."""
+    rng = np.random.default_rng(6)
+    _, truth = winding(rng)
+    estimate = truth.copy()
+    estimate[:, :3, 3] += rng.normal(0, 0.02, (len(truth), 3))
+    right = evaluate(truth, estimate, alignment=alignment).pas
+    estimate[:, "xyz".index(axes[0]), 3] *= -1
+    (hint,) = hints(truth, estimate, alignment=alignment)
+    assert re.search(f"with [{axes}] negated in its positions, the reference fits", hint.remedy)
+    assert f"{right:.3f} corrected" in str(hint)
+
+
+@pytest.mark.parametrize("alignment", ["similarity", "yaw"])
+def test_inverse_poses_near_one_point_are_no_better_fit(alignment):
+    """Around an object the inverse positions are all alike, and so have small errors."""
+    rng = np.random.default_rng(7)
+    angles = np.linspace(0, 4 * np.pi, 160)
+    heights = 0.4 * np.sin(angles / 2)
+    positions = np.transpose([2 * np.cos(angles), 2 * np.sin(angles), heights])
+    ahead = -positions / np.linalg.norm(positions, axis=1, keepdims=True)
+    right = np.cross(ahead, [0.0, 0, 1])
+    right /= np.linalg.norm(right, axis=1, keepdims=True)
+    truth = np.tile(np.eye(4), (len(angles), 1, 1))
+    truth[:, :3, :3] = np.stack([right, np.cross(ahead, right), ahead], axis=-1)
+    truth[:, :3, 3] = positions
+    estimate = truth.copy()
+    estimate[:, :3, 3] += rng.normal(0, 0.02, (len(truth), 3))
+    wrong = reordered(inverse_poses(estimate))
+    (hint,) = hints(truth, wrong, alignment=alignment)
+    assert "the quaternions of the estimate seem to have w at the wrong end" in hint.text
+    assert "the poses of the estimate seem to be world-to-camera" in hint.text
+    score = evaluate(truth, estimate, alignment=alignment).pas
+    assert f"{score:.3f} corrected" in str(hint)
+
+
+def climbing(slope):
+    """Return stamps and poses of a car whose camera looks where it drives, and shakes."""
+    times = np.arange(1500) / 10
+    heading = 2 * np.sin(times / 15) + np.sin(times / 6)
+    turns = np.transpose([heading, slope * np.sin(times / 8)])
+    body = Rotation.from_euler("ZY", turns)
+    shaking = Rotation.from_rotvec(np.random.default_rng(9).normal(0, 0.05, (1500, 3)))
+    poses = np.tile(np.eye(4), (1500, 1, 1))
+    poses[:, :3, :3] = (body * shaking).as_matrix()
+    poses[1:, :3, 3] = body.as_matrix()[:-1, :, 0].cumsum(axis=0)
+    return times, poses
+
+
+def test_heights_that_fit_better_mirrored_are_no_mirror_if_the_camera_looks_ahead():
+    """Small errors of the pitch lead to such heights; S-PTAM on KITTI 00 has them."""
+    times, truth = climbing(0.02)
+    _, estimate = climbing(-0.02)
+    assert hints(Trajectory(times, truth), Trajectory(times, estimate)) == []
+    wrong = truth.copy()
+    wrong[:, 2, 3] *= -1
+    (hint,) = hints(Trajectory(times, truth), Trajectory(times, wrong))
+    assert hint.kind == "mirrored"
+
+
+@pytest.mark.parametrize(("first", "n"), [(1899, 2331), (1958, 2299), (2036, 2323)])
+def test_a_road_whose_heights_are_wrong_has_no_mirror(real, first, n):
+    truth, estimate = (read_kitti(real / f"KITTI_00_{name}.txt").poses for name in ("gt", "SPTAM"))
+    rows = np.s_[first : first + n]
+    assert [hint.kind for hint in hints(truth[1:][rows], estimate[rows])] == []
+
+
+def test_the_order_of_quaternions_beside_names_is_corrected_by_columns(write):
+    """Where qw is near 1 and positions are small, the first four numbers look like a quaternion."""
+    rng = np.random.default_rng(8)
+    _, truth = winding(rng)
+    truth, names = truth[::10], [f"{i:03}.png" for i in range(90)]
+    truth[:, :3, 3] *= 0.05
+    noise = Rotation.from_rotvec(rng.normal(0, 0.005, (90, 3))).as_matrix()
+    estimate = truth.copy()
+    estimate[:, :3, :3] = noise @ truth[:, :3, :3]
+    estimate[:, :3, 3] += rng.normal(0, 0.001, (90, 3))
+
+    def table(poses, order):
+        quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat()[:, order]
+        numbers = np.hstack([poses[:, :3, 3], quaternions])
+        rows = zip(names, numbers.tolist(), strict=True)
+        return "".join(f"{name} {' '.join(map(str, row))}\n" for name, row in rows)
+
+    reference = write(table(truth, [0, 1, 2, 3]), "reference.txt")
+    right = evaluate(reference, write(table(estimate, [0, 1, 2, 3]), "right.txt"))
+    w_first = write(table(estimate, [3, 0, 1, 2]), "w_first.txt")
+    (hint,) = hints(reference, w_first)
+    assert "--est_columns 'name x y z qw qx qy qz'" in hint.remedy
+    followed = evaluate(reference, w_first, est_columns="name x y z qw qx qy qz")
+    assert followed.pas == right.pas
