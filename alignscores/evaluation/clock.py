@@ -69,8 +69,12 @@ class Clock:
     @property
     def certain(self) -> bool:
         """Whether the motions agree here, at no other offset nearly as well, and precisely."""
-        alone = self.rival <= MAX_RIVAL and self.evidence >= MIN_EVIDENCE
-        return alone and self.error <= MAX_ERROR
+        return self.precise and self.rival <= MAX_RIVAL
+
+    @property
+    def precise(self) -> bool:
+        """Whether the motions agree here far better than elsewhere, and the error is small."""
+        return self.evidence >= MIN_EVIDENCE and self.error <= MAX_ERROR
 
     @property
     def agrees(self) -> bool:
@@ -126,11 +130,14 @@ def _search(
     runner_up = others[np.argmax(strength[others])] if len(others) else best
     rival = float(strength[runner_up]) if runner_up != best else 0.0
     seconds, error = _refined(ref, to_refine, float(offsets[best]), step)
+    other = float(offsets[runner_up])
+    if rival > MAX_RIVAL * strength[best]:  # so that the scores of both can be compared
+        other, _ = _refined(ref, to_refine, other, step)
     return Clock(
         seconds=moved + seconds,
         error=error,
         evidence=_evidence(ref, motions, float(offsets[best]), elsewhere),
-        runner_up=moved + float(offsets[runner_up]) if rival > 0 else np.nan,
+        runner_up=moved + other if rival > 0 else np.nan,
         rival=rival / float(strength[best]),
         motions="rotation rates" if rotations else "speeds",
     )

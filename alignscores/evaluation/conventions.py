@@ -107,6 +107,7 @@ def find_conventions(
     est_poses: Floats,
     *,
     inverted: Collection[str] = (),
+    orders: Mapping[str, str] | None = None,
     alignment: str = "similarity",
     up: str = "z",
 ) -> list[Convention]:
@@ -118,7 +119,8 @@ def find_conventions(
     and another camera frame, must explain 0.1 more than one; a frame with no common name counts as
     two. Where both are inverted, their rotations may agree; then their positions show it. Those
     that fit equally well are all reported, the likeliest first. `inverted` are the files whose
-    poses were inverted when they were read. The rotation between the coordinate frames is the one
+    poses were inverted when they were read, `orders` in which order their quaternions were, which
+    is then no mistake. The rotation between the coordinate frames is the one
     that the alignment allows.
     """
     rows = moving_cameras(gt_poses, est_poses)
@@ -126,7 +128,12 @@ def find_conventions(
         return []
     gt, est = gt_poses[rows], est_poses[rows]
     original = _Pair({}, gt, est, fit_positions(gt, est), alignment, up)
-    pairs = [_corrected(original, mistakes, inverted) for mistakes in MISTAKES]
+    as_read = orders or {}
+    pairs = [
+        _corrected(original, mistakes, inverted)
+        for mistakes in MISTAKES
+        if all(as_read.get(side) != INVERTED_W.get(m, m) for side, m in mistakes.items())
+    ]
     moved = _moved(original, pairs)
     are_truer = any(_are_truer(pair, original) for pair in moved)
     as_it_is = original.ras(np.eye(3))[0]

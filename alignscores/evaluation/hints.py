@@ -24,7 +24,7 @@ from ..io.tables import Table, open_table
 from ..io.trajectory import TIME_UNITS
 from ..similarity import Similarity
 from ..validation import finite_rows
-from .clock import align_vectors, find_clock
+from .clock import Clock, align_vectors, find_clock
 from .conventions import (
     ANY_FIT,
     BOTH,
@@ -37,6 +37,7 @@ from .conventions import (
     MIN_CAMERAS,
     REF,
     W_FIRST,
+    W_LAST,
     Convention,
     PositionFit,
     corrected,
@@ -369,7 +370,7 @@ def _columns(state: _State, files: Files, names: dict[str, str]) -> str | None:
 
 
 def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the offset of the clocks, if it is certain."""
+    """Yield the offset of the clocks, if it is certain, or the score tells it from another."""
     settings = state.settings
     timed = state.reference.keys.dtype.kind == state.estimate.keys.dtype.kind == "f"
     if not timed or settings.t_offset == "auto" or settings.frames is not None:
@@ -377,11 +378,24 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     offset = float(settings.t_offset)
     estimate = state.estimate._replace(keys=state.estimate.keys + offset)
     clock = find_clock(state.reference, estimate)
-    if clock is None or not clock.certain or clock.agrees:
+    if clock is None or not clock.precise or clock.agrees:
         return
+    remedy = _of_clock(state, files, clock, offset)
+    if clock.certain:
+        yield remedy
+        return
+    rival = _of_clock(state, files, replace(clock, seconds=clock.runner_up), offset)
+    best, other = (after.score if after else 0.0 for after in map(state.after, (remedy, rival)))
+    if best >= max(other, state.score) + CLEAR:
+        seconds = remedy.changes["t_offset"]
+        yield replace(remedy, option=f"--t_offset {seconds:.4f} adds it")
+
+
+def _of_clock(state: _State, files: Files, clock: Clock, offset: float) -> _Remedy:
+    """Return what adds the offset of the clocks to one that was given."""
     seconds = offset + clock.seconds
     given = f" instead of {offset:.3f} s" if offset else ""
-    yield _Remedy(
+    return _Remedy(
         "clock",
         f"its clock is off: its {clock.motions} fit those of {files.reference} best with an offset "
         f"of {seconds:.3f} s{given}, standard error {clock.error:.4f} s",
@@ -471,7 +485,8 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
     if state.has_rotations:
         gt, est = state.scored.gt_poses, state.scored.est_poses
         how = {"alignment": state.settings.alignment, "up": state.settings.up}
-        found = find_conventions(gt, est, inverted=_inverted(state.settings), **how)
+        orders = {side: _order(state, files, side) for side in (REF, EST)}
+        found = find_conventions(gt, est, inverted=_inverted(state.settings), orders=orders, **how)
         # On a plane, another convention and a mirror have much the same effect.
         if found or rotations_fit_mirrored(gt, est, MIRRORS.values(), **how):
             mirrors = list(_mirrors(state, files))
@@ -553,13 +568,8 @@ def _of_convention(
     texts, options = [], []
     orders = {side: INVERTED_W.get(mistake, mistake) for side, mistake in mistakes.items()}
     if kinds.isdisjoint({INVERTED, INVERTED_ROTATIONS, INVERTED_POSITIONS}):
-        formats = {REF: settings.file_format, EST: settings.est_file_format}
-        if any(formats[side].w_first and order == W_FIRST for side, order in orders.items()):
-            return
         texts.append(f"the quaternions of {names} seem to have w at the wrong end")
         columns = _columns(state, files, orders)
-        if columns is None:
-            return
         true_orders = " and ".join(dict.fromkeys(orders.values()))
         options.append(
             f"name their order with {columns}"
@@ -587,6 +597,17 @@ def _of_convention(
     text = ", and ".join(texts)
     (kind,) = kinds & {INVERTED, INVERTED_ROTATIONS, INVERTED_POSITIONS} or {"quaternions"}
     yield _Remedy(kind, text, option, ref, est, changes, alike=kind)
+
+
+def _order(state: _State, files: Files, side: str) -> str:
+    """Return the order in which the quaternions of a file were read, if it has them."""
+    settings = state.settings
+    file_format = settings.file_format if side == REF else settings.est_file_format
+    if file_format.w_first:
+        return W_FIRST
+    _, names = _table(state, files, side)
+    order = " ".join(name for name in names if name[0] == "q")
+    return order if order in (W_FIRST, W_LAST) else ""
 
 
 def _of_inverted(
