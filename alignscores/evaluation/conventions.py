@@ -354,13 +354,15 @@ def _moved(original: _Pair, pairs: list[_Pair]) -> list[_Pair]:
     pairs = [
         pair
         for pair in pairs
-        if pair.has_moved and not (len(pair.mistakes) == 2 and _hides_errors(original, pair.gt))
+        if pair.has_moved
+        and pair.positions.misfit < ANY_FIT
+        and not (len(pair.mistakes) == 2 and _hides_errors(original, pair.gt))
     ]
     errors = [
         pair.positions.error
         for pair in pairs
-        if pair.positions.misfit < min(now.misfit, ANY_FIT)
-        and (pair.positions.misfit < now.misfit / 3 or pair.positions.error < now.error / 3)
+        if pair.positions.is_much_better_than(now)
+        or (pair.positions.error < now.error / 3 and pair.positions.misfit < now.misfit)
     ]
     if not errors:
         return []

@@ -1024,6 +1024,59 @@ def test_inverse_poses_near_one_point_are_no_better_fit(alignment):
     assert f"{score:.3f} corrected" in str(hint)
 
 
+@pytest.mark.parametrize("seed", range(2))
+def test_the_file_whose_format_allows_the_mistake_is_named(write, seed):
+    """Quaternions that both are shifted are as alike; from a sphere inverse positions are, too."""
+    rng = np.random.default_rng(seed)
+    positions = rng.normal(size=(150, 3))
+    positions *= 3 / np.linalg.norm(positions, axis=1, keepdims=True)
+    ahead = -positions / 3
+    right = np.cross(ahead, [0.0, 0, 1])
+    right /= np.linalg.norm(right, axis=1, keepdims=True)
+    truth = np.tile(np.eye(4), (150, 1, 1))
+    truth[:, :3, :3] = np.stack([right, np.cross(ahead, right), ahead], axis=-1)
+    truth[:, :3, 3] = positions
+    estimate = truth.copy()
+    estimate[:, :3, :3] = estimate[:, :3, :3] @ Rotation.from_rotvec([0.02, 0.02, 0]).as_matrix()
+    estimate[:, :3, 3] += rng.normal(0, 0.01, (150, 3))
+
+    def table(poses, scalar_first):
+        inverse = inverse_poses(poses)
+        quaternions = Rotation.from_matrix(inverse[:, :3, :3]).as_quat(scalar_first=scalar_first)
+        rows = np.hstack([quaternions, inverse[:, :3, 3]]).tolist()
+        return [f"{n:03}.png {' '.join(map(str, row))}" for n, row in enumerate(rows)]
+
+    result = write(table(estimate, True), "estimate.txt")
+    score = evaluate(write(table(truth, True), "right.txt"), result).pas
+    (hint,) = hints(write(table(truth, False), "reference.txt"), result)
+    assert "the quaternions of reference.txt seem to have w at the wrong end" in hint.text
+    assert f"{score:.3f} corrected" in hint.text
+    assert hint.remedy == "reorder them, since they are qx qy qz qw"
+
+
+def test_an_offset_that_motions_leave_open_is_named_by_the_score():
+    """A survey flies there and back: the turns repeat, the positions do not."""
+    rng = np.random.default_rng(4)
+    times = np.arange(2400) / 20
+    rates = 0.6 * np.sin(np.outer(times, 2 * np.pi / 20 * np.array([2, 3, 7]))).sum(axis=1)
+    truth = np.tile(np.eye(4), (len(times), 1, 1))
+    truth[:, :3, :3] = Rotation.from_euler("z", np.cumsum(rates)[:, None] / 20).as_matrix()
+    truth[:, :3, 3] = np.cumsum(truth[:, :3, 0] * 0.2, axis=0) + np.outer(times, [0, 0.5, 0.1])
+    estimate = truth.copy()
+    noise = Rotation.from_rotvec(rng.normal(0, 0.01, (len(times), 3))).as_matrix()
+    estimate[:, :3, :3] = noise @ truth[:, :3, :3]
+    estimate[:, :3, 3] += rng.normal(0, 0.05, (len(times), 3))
+    late = Trajectory(times[40:-40] + 0.8, estimate[40:-40])
+    reference = Trajectory(times, truth)
+    with pytest.raises(ValueError, match="with certainty: the best are"):
+        evaluate(reference, late._replace(keys=late.keys + 1000), t_offset="auto")
+    (hint,) = hints(reference, late)
+    assert hint.kind == "clock"
+    seconds = float(re.fullmatch(r"--t_offset (\S+) adds it", hint.remedy)[1])
+    assert seconds == pytest.approx(-0.8, abs=0.02)
+    assert hints(reference, late._replace(keys=late.keys - 0.8)) == []
+
+
 def climbing(slope):
     """Return stamps and poses of a car whose camera looks where it drives, and shakes."""
     times = np.arange(1500) / 10
