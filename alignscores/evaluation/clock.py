@@ -41,6 +41,7 @@ ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = {1: 6.3, 3: 4.2}  # lower quartiles, by dimension: 3 medians of normal disagreements
 # Of the median deviations of both from their medians; larger disagreements count as much.
 CAP_OF_RATES, CAP_OF_SPEEDS = 0.33, 2.0
+MAX_DIFFERENCE = 2.0  # standard errors, between offsets by displacements and by speeds
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
 # Slope of the variance of `smoothed` noise next to a stamp, relative to the variance at the stamp,
 # for each step between stamps. The minimum is a quarter of a step away.
@@ -213,6 +214,10 @@ class _Path:
         floor = 0.1 * np.median(lengths[lengths > 0]) if (lengths > 0).any() else 1.0
         return np.asarray(np.log(lengths + floor))
 
+    def logarithms(self, first: Floats, second: Floats) -> Floats:
+        """Return the logarithms of distances as a column."""
+        return self.sizes(first, second)[:, None]
+
 
 class _Motions(NamedTuple):
     """Motions of an estimate: the times and points at which they start and end, and their sizes."""
@@ -331,7 +336,13 @@ def _refined(ref: _Path, motions: _Motions, offset: float, step: float) -> tuple
     if not ref.rotations:  # speeds leave a broad peak
         comparison = _Comparison(ref, motions, np.subtract, np.subtract)
         near = offset + np.arange(-SPAN, SPAN + step, step)
-        return _least_squares(comparison, min(near.tolist(), key=comparison.left), step)
+        start = min(near.tolist(), key=comparison.left)
+        seconds, error = _least_squares(comparison, start, step)
+        speeds = _Comparison(ref, motions, ref.logarithms, ref.logarithms, is_biased=True)
+        by_speeds, error_of_speeds = _least_squares(speeds, start, step)
+        # A lever arm along the way turns displacements early or late, but hardly changes speeds.
+        differ = abs(by_speeds - seconds) > MAX_DIFFERENCE * error_of_speeds
+        return seconds, max(error, abs(by_speeds - seconds)) if differ else error
     vectors = [
         _Comparison(ref, motions, *pair)
         for pair in ((_in_camera, _in_camera), (_in_camera, _in_frame), (_in_frame, _in_camera))

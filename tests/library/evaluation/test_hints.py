@@ -229,10 +229,9 @@ def test_keyframes_between_the_poses_of_a_sparse_reference(case):
     evaluation = evaluate("gt_1hz.txt", keyframes, alignment="rigid")
     (note,) = [note for note in evaluation.notes if note.kind == "sparse"]
     remedied = evaluate("gt_1hz.txt", keyframes, alignment="rigid", sync="interpolate")
-    then, now = (f"{1 - result.lost:.0%}" for result in (remedied, evaluation))
     assert note.remedy == (
-        f"--sync interpolate has a PAS of {remedied.pas:.3f} instead of {evaluation.pas:.3f}, and "
-        f"covers {then} of the frames instead of {now}, but errors then include the straight lines"
+        f"--sync interpolate has a PAS of {remedied.pas:.3f} instead of {evaluation.pas:.3f}; its "
+        "errors include the straight lines"
     )
     assert "180 frames at the reference's own stamps, gaps" in conditions([evaluation])[0]
 
