@@ -196,8 +196,8 @@ def _by_interpolation(
         return ""
     name = "PAS" if has_rotations else "TAS"
     return (
-        f"--sync interpolate has a {name} of {after:.3f} instead of {before:.3f}; its errors include "
-        "the straight lines"
+        f"--sync interpolate has a {name} of {after:.3f} instead of {before:.3f}; its errors "
+        "include the straight lines"
     )
 
 
