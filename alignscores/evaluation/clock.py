@@ -39,8 +39,8 @@ TINY = 0.005  # seconds; a smaller offset is none
 TINY_BY_SPEEDS = 0.04  # seconds; at 1 m/s a lever arm of 4 cm along the way looks the same
 ALIGNMENTS = 5  # of stretches of time, if there are MIN_MOTIONS in each
 OUTLIER = {1: 6.3, 3: 4.2}  # lower quartiles, by dimension: 3 medians of normal disagreements
-# Of the median deviations of both from their medians; larger disagreements count as much.
-CAP_OF_RATES, CAP_OF_SPEEDS = 0.33, 2.0
+# Maximum disagreement, relative to the sum of both mean deviations from the median.
+CAP_OF_RATES, CAP_OF_SPEEDS = 0.25, 1.2
 MAX_DIFFERENCE = 2.0  # standard errors, between offsets by displacements and by speeds
 MIXED_UP = 2.0  # standard error of vectors that do not agree, relative to that of angles
 # Slope of the variance of `smoothed` noise next to a stamp, relative to the variance at the stamp,
@@ -270,7 +270,7 @@ def _strengths(ref: _Path, motions: _Motions, step: float) -> tuple[Floats, Floa
     everywhere = np.concatenate(sizes_of_ref)
     middle = np.median(everywhere)
     scale = 0.0 if ref.rotations else float(middle - np.median(sizes_of_est))
-    spreads = [np.median(np.abs(sizes - np.median(sizes))) for sizes in (sizes_of_est, everywhere)]
+    spreads = [np.abs(sizes - np.median(sizes)).mean() for sizes in (sizes_of_est, everywhere)]
     cap = (CAP_OF_RATES if ref.rotations else CAP_OF_SPEEDS) * float(sum(spreads))
     rows = zip(first.tolist(), spans.tolist(), sizes_of_est.tolist(), strict=True)
     for motion, (row, span, size) in enumerate(rows):
@@ -506,7 +506,7 @@ def _stretches(moves: Floats, true: Floats, rows: Indices) -> list[_Stretch]:
 def align_vectors(true: Floats, moves: Floats) -> tuple[Booleans, Floats]:
     """Return the inliers, and the matrix that rotates and scales true vectors to an estimate's.
 
-    Angles are as they are.
+    Angles, in one column, need none: theirs is the identity.
     """
     if true.shape[1] == 1:
         off = np.abs(true - moves - np.median(true - moves))[:, 0]

@@ -30,7 +30,7 @@ __all__ += ["tas_of_other_seeds"]
 
 SMALL_OFFSET = 0.02  # seconds; a smaller offset of the clocks must raise the score
 CLEAR_OFFSET = 0.005  # by so much; a larger one must not lower the score by as much
-WORTHWHILE = 0.03  # gain for which straight lines in a sparse reference may be accepted
+MIN_GAIN = 0.03  # of the score, for which a sparse reference may be interpolated
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,11 +192,11 @@ def _by_interpolation(
     except ValueError:
         return ""
     before, after = outcome.scored.score, tried.scored.score
-    if after < before + WORTHWHILE:
+    if not after >= before + MIN_GAIN:
         return ""
     name = "PAS" if has_rotations else "TAS"
     return (
-        f"--sync interpolate has a {name} of {after:.3f} instead of {before:.3f}; its errors "
+        f"--sync interpolate raises the {name} from {before:.3f} to {after:.3f}; its errors then "
         "include the straight lines"
     )
 

@@ -39,7 +39,6 @@ from ..rotation import average_rotation
 from ..validation import finite_rows
 
 __all__ = [
-    "ANY_FIT",
     "BOTH",
     "EST",
     "INVERTED",
@@ -47,6 +46,7 @@ __all__ = [
     "INVERTED_ROTATIONS",
     "INVERTED_W",
     "MAX_MISFIT",
+    "MAX_MISFIT_OF_RELATED",
     "MIN_CAMERAS",
     "NEAR_DEG",
     "REF",
@@ -73,7 +73,7 @@ ROUNDING = 1e-6  # of errors of positions, relative to those with a mistake
 EQUAL = 0.02  # difference of the RAS of conventions that fit equally well
 MIN_GAIN, CLEAR_GAIN = 0.1, 0.3  # of the RAS; the latter where positions do not confirm it
 MAX_MISFIT = 0.15  # of positions that fit, relative to their extent
-ANY_FIT = 1 / 3  # of positions that are related at all
+MAX_MISFIT_OF_RELATED = 1 / 3  # of positions that are related at all
 CONSISTENT_DEG = 20.0  # between the alignments of positions and rotations
 BODY, CAMERA = "x forward, y left, z up", "x right, y down, z forward"
 OF_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
@@ -119,9 +119,9 @@ def find_conventions(
     and another camera frame, must explain 0.1 more than one; a frame with no common name counts as
     two. Where both are inverted, their rotations may agree; then their positions show it. Those
     that fit equally well are all reported, the likeliest first. `inverted` are the files whose
-    poses were inverted when they were read, `orders` in which order their quaternions were, which
-    is then no mistake. The rotation between the coordinate frames is the one
-    that the alignment allows.
+    poses were inverted when they were read. `orders` is the order in which the quaternions of each
+    file were read, which is not tried as a mistake. The RAS has this `alignment`; where it counts
+    the rotation of the coordinate frames, that is no camera frame.
     """
     rows = moving_cameras(gt_poses, est_poses)
     if len(rows) < MIN_CAMERAS:
@@ -168,6 +168,8 @@ def _clearly_better(
         is_frame = not fit.pair.mistakes and not fit.has_same_axes
         now = as_it_is if is_frame else near
         gain = MIN_GAIN if fit.is_consistent else min(CLEAR_GAIN, (1 - now) / 2)
+        if not fit.has_same_axes and fit.pair.counts_frames and fit.apart_deg > CONSISTENT_DEG:
+            continue
         if fit.ras >= (as_it_is - EQUAL if are_truer else now + gain):
             better.append(fit)
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
@@ -233,9 +235,14 @@ class _Pair(NamedTuple):
     gt: Floats
     est: Floats
     positions: "PositionFit"
-    alignment: str  # that the RAS has
+    alignment: str  # of the RAS
     up: str
     has_moved: bool = False  # whether positions depend on the mistake, as inverse poses do
+
+    @property
+    def counts_frames(self) -> bool:
+        """Whether the RAS counts rotations between the coordinate frames."""
+        return self.alignment in ("yaw", "none")
 
     def ras(self, body: Floats) -> tuple[float, Floats]:
         """Return the RAS under B with infinitely many thresholds, and the rotation Q."""
@@ -355,7 +362,7 @@ def _moved(original: _Pair, pairs: list[_Pair]) -> list[_Pair]:
         pair
         for pair in pairs
         if pair.has_moved
-        and pair.positions.misfit < ANY_FIT
+        and pair.positions.misfit < MAX_MISFIT_OF_RELATED
         and not (len(pair.mistakes) == 2 and _hides_errors(original, pair.gt))
     ]
     errors = [
@@ -561,7 +568,7 @@ class PositionFit(NamedTuple):
 
     def is_much_better_than(self, other: "PositionFit") -> bool:
         """Return whether the misfit is less than a third, and positions fit at all."""
-        return self.misfit < min(other.misfit / 3, ANY_FIT)
+        return self.misfit < min(other.misfit / 3, MAX_MISFIT_OF_RELATED)
 
 
 def fit_positions(gt_poses: Floats, est_poses: Floats) -> PositionFit:

@@ -26,7 +26,6 @@ from ..similarity import Similarity
 from ..validation import finite_rows
 from .clock import Clock, align_vectors, find_clock
 from .conventions import (
-    ANY_FIT,
     BOTH,
     EST,
     INVERTED,
@@ -34,6 +33,7 @@ from .conventions import (
     INVERTED_ROTATIONS,
     INVERTED_W,
     MAX_MISFIT,
+    MAX_MISFIT_OF_RELATED,
     MIN_CAMERAS,
     REF,
     W_FIRST,
@@ -57,7 +57,7 @@ __all__ = ["Files", "Scored", "look", "rescue"]
 
 CLEAR = 0.1  # gain of a remedy
 SMALL, MIN_T = 0.01, 2.0  # or so small a one, of so many standard errors
-ALMOST_PERFECT = 1 - SMALL  # of a score that no remedy raises
+ALMOST_PERFECT = 1 - SMALL  # score above which no remedy is looked for
 OUTLIER = 3.0  # median errors
 EQUAL = 0.02  # difference between remedies that are equally good
 MAX_SHIFT = 0.25  # of the frames of an estimate
@@ -341,7 +341,9 @@ def _table(state: _State, files: Files, side: str) -> tuple[Table | None, list[s
         else (files.est_path, settings.columns_of_estimates, settings.est_file_format)
     )
     with suppress(*FAILURES):
-        if path and file_format.tables and not file_format.inverted:  # which named columns are not
+        if (
+            path and file_format.tables and not file_format.inverted
+        ):  # named columns are camera-to-world
             table = open_table(path)
             return table, name_columns(table, named)
     return None, []
@@ -370,7 +372,7 @@ def _columns(state: _State, files: Files, names: dict[str, str]) -> str | None:
 
 
 def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the offset of the clocks, if it is certain, or the score tells it from another."""
+    """Yield the offset of the clocks if it is certain, or if its score is clearly the highest."""
     settings = state.settings
     timed = state.reference.keys.dtype.kind == state.estimate.keys.dtype.kind == "f"
     if not timed or settings.t_offset == "auto" or settings.frames is not None:
@@ -388,11 +390,12 @@ def _clocks(state: _State, files: Files) -> Iterator[_Remedy]:
     best, other = (after.score if after else 0.0 for after in map(state.after, (remedy, rival)))
     if best >= max(other, state.score) + CLEAR:
         seconds = remedy.changes["t_offset"]
-        yield replace(remedy, option=f"--t_offset {seconds:.4f} adds it")
+        text = f"{remedy.text}, and with one of {rival.changes['t_offset']:.3f} s nearly as well"
+        yield replace(remedy, text=text, option=f"--t_offset {seconds:.4f} raises the score")
 
 
 def _of_clock(state: _State, files: Files, clock: Clock, offset: float) -> _Remedy:
-    """Return what adds the offset of the clocks to one that was given."""
+    """Return the remedy that adds the offset of the clocks to the one in the settings."""
     seconds = offset + clock.seconds
     given = f" instead of {offset:.3f} s" if offset else ""
     return _Remedy(
@@ -600,7 +603,7 @@ def _of_convention(
 
 
 def _order(state: _State, files: Files, side: str) -> str:
-    """Return the order in which the quaternions of a file were read, if it has them."""
+    """Return the order in which quaternions were read; an empty string if there are none."""
     settings = state.settings
     file_format = settings.file_format if side == REF else settings.est_file_format
     if file_format.w_first:
@@ -688,7 +691,7 @@ def _move_more_alike(errors: Floats, others: Floats) -> bool:
 
 
 def _are_smaller(errors: Floats, others: Floats) -> bool:
-    """Return whether the others of two errors (n, 3) are smaller by so many standard errors."""
+    """Return whether the others of two errors (n, 3) are smaller by MIN_T standard errors."""
     before, after = ((each**2).sum(axis=1) for each in (errors, others))
     cap = OUTLIER**2 * min(np.median(before), np.median(after))
     gains = np.minimum(before, cap) - np.minimum(after, cap)
@@ -715,19 +718,19 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
             yield _Remedy("mirrored", text, text_of_option, swapped[REF], swapped[EST])
     each = {change: [mirror] for change, mirror in MIRRORS.items()}
     # An alignment that rotates freely takes each of these mirrors of positions to any other.
-    is_free = state.settings.alignment not in ("yaw", "none")
-    of_positions = {"one axis negated, or two swapped,": [*MIRRORS.values()]} if is_free else each
-    of_both = each if state.has_rotations else {}
-    candidates = [("positions", *change) for change in of_positions.items()]
-    candidates += [("positions and rotations", *change) for change in of_both.items()]
-    for parts, change, mirrors in candidates:
-        both = parts != "positions"
+    rotates_freely = state.settings.alignment not in ("yaw", "none")
+    any_mirror = {"one axis negated, or two swapped,": [*MIRRORS.values()]}
+    of_positions = any_mirror if rotates_freely else each
+    candidates = [(False, *item) for item in of_positions.items()]
+    candidates += [(True, *item) for item in each.items() if state.has_rotations]
+    for with_rotations, change, mirrors in candidates:
         if state.scored and state.has_rotations:
-            less_alike = [_move_less_alike(state.scored, mirror, both) for mirror in mirrors]
-            if all(less_alike):
+            less = [_move_less_alike(state.scored, mirror, with_rotations) for mirror in mirrors]
+            if all(less):
                 continue
+        parts = "positions and rotations" if with_rotations else "positions"
         option = f"correct the export: with {change} in its {parts}, {files.reference} fits"
-        poses = _mirror(reference.poses, mirrors[0], both)
+        poses = _mirror(reference.poses, mirrors[0], with_rotations)
         yield _Remedy("mirrored", text, option, reference._replace(poses=poses), estimate)
 
 
@@ -747,6 +750,8 @@ def _move_less_alike(scored: Scored, mirror: Floats, with_rotations: bool) -> bo
     not.
     """
     rows = _sample(scored)
+    if len(rows) < MIN_CAMERAS:
+        return False
     step = -(-len(rows) // (3 * BLOCKS))
     errors = []
     for reference in (scored.gt_poses, _mirror(scored.gt_poses, mirror, with_rotations)):
@@ -756,8 +761,8 @@ def _move_less_alike(scored: Scored, mirror: Floats, with_rotations: bool) -> bo
         )
         errors.append(gt @ align_vectors(gt, est)[1] - est)
     now, then = errors
-    misfit = np.median(np.linalg.norm(now, axis=1)) / np.median(np.linalg.norm(est, axis=1))
-    return bool(misfit < ANY_FIT) and _are_smaller(then, now)
+    error, size = (np.median(np.linalg.norm(vectors, axis=1)) for vectors in (now, est))
+    return bool(error < MAX_MISFIT_OF_RELATED * size) and _are_smaller(then, now)
 
 
 def _has_constant(trajectory: Trajectory) -> bool:

@@ -346,10 +346,8 @@ def _have_rotations(names: Sequence[str], table: Table) -> bool:
 
 
 def _usual_deviation(names: Sequence[str], table: Table) -> float:
-    """Return how far the first rows are from rotations in the median, nan if poses are lost.
-
-    One row may be lost, or agree by chance.
-    """
+    """Return how far the first rows are from rotations in the median; nan if all are lost."""
+    # One row may be lost, or agree by chance.
     off = [_deviation(names, row) for row in table.first_rows if len(row) >= len(names)]
     return float("nan") if np.isnan(off).all() else float(np.nanmedian(off))
 

@@ -183,6 +183,17 @@ def test_outliers_leave_an_offset_by_speeds_certain(seed):
     assert added == pytest.approx(-0.4, abs=0.02)
 
 
+def test_a_camera_that_rests_for_most_of_the_time_has_a_clock():
+    """All of its motions are alike then but some."""
+    times = np.arange(2000) / 20
+    rates = np.where(times % 30 < 10, np.sin(times) + np.sin(2.3 * times), 0.0)
+    poses = np.tile(np.eye(4), (2000, 1, 1))
+    poses[:, :3, :3] = Rotation.from_euler("z", np.cumsum(rates)[:, None] / 20).as_matrix()
+    poses[:, 0, 3] = np.cumsum(np.abs(rates)) / 20
+    added, _ = offset(Trajectory(times, poses), Trajectory(times + 0.7, poses))
+    assert added == pytest.approx(-0.7, abs=0.01)
+
+
 @pytest.mark.parametrize("bias", [0.005, 0.02])  # in rad/s
 def test_the_bias_of_a_gyroscope_is_no_offset(bias):
     """In a bend that gets tighter, both add to the angles by which a car turns."""
