@@ -168,7 +168,7 @@ def _clearly_better(
         is_frame = not fit.pair.mistakes and not fit.has_same_axes
         now = as_it_is if is_frame else near
         gain = MIN_GAIN if fit.is_consistent else min(CLEAR_GAIN, (1 - now) / 2)
-        if not fit.has_same_axes and fit.pair.counts_frames and fit.apart_deg > CONSISTENT_DEG:
+        if not fit.has_same_axes and fit.pair.counts_frames and _may_be_tilted(fit):
             continue
         if fit.ras >= (as_it_is - EQUAL if are_truer else now + gain):
             better.append(fit)
@@ -178,6 +178,12 @@ def _clearly_better(
         for fit in better
         if all(fit.ras >= other.ras + MIN_GAIN for other in better if other.n_causes < fit.n_causes)
     ]
+
+
+def _may_be_tilted(fit: "_Candidate") -> bool:
+    """Return whether a turned coordinate frame explains an estimate better than another B."""
+    aligned, _ = fit.pair._replace(alignment="similarity").ras(np.eye(3))
+    return fit.apart_deg > CONSISTENT_DEG or fit.ras < aligned - EQUAL
 
 
 def _as_good(fits: "list[_Candidate]", better: "list[_Candidate]") -> "list[_Candidate]":

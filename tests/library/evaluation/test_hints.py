@@ -1032,6 +1032,16 @@ def test_a_coordinate_frame_that_the_alignment_counts_is_no_camera_frame():
     assert hints(Trajectory(times, truth), Trajectory(times, turned), alignment="none") == []
 
 
+def test_a_tilt_of_the_coordinate_frame_is_no_camera_frame():
+    """Of cameras that turn little, where a yaw leaves the tilt."""
+    times, truth = winding(np.random.default_rng(5))
+    turns = 0.15 * Rotation.from_matrix(truth[:, :3, :3]).as_rotvec()
+    truth[:, :3, :3] = Rotation.from_rotvec(turns).as_matrix()
+    tilted = truth.copy()
+    tilted[:, :3, :3] = Rotation.from_euler("x", 0.25).as_matrix() @ truth[:, :3, :3]
+    assert hints(Trajectory(times, truth), Trajectory(times, tilted), alignment="yaw") == []
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_the_file_whose_format_allows_the_mistake_is_named(write, seed):
     """Quaternions that both are shifted are as alike; from a sphere inverse positions are, too."""
