@@ -141,6 +141,14 @@ def find_conventions(
         return []
     fits = [_fit(*candidate) for candidate in _candidates(original, moved, pairs)]
     fits = [fit for fit in fits if fit.n_causes]  # a B near the identity is no convention
+    if alignment in ("yaw", "none"):  # which count a turned coordinate frame
+        aligned, _ = original._replace(alignment="similarity").ras(np.eye(3))
+        fits = [
+            fit
+            for fit in fits
+            if fit.ras >= aligned - EQUAL
+            and (fit.has_same_axes or not fit.apart_deg > CONSISTENT_DEG)
+        ]
     near = _ras_within_inaccuracy(original)
     better = _clearly_better(fits, as_it_is, near, are_truer=are_truer)
     n_causes = max((fit.n_causes for fit in better), default=0)
@@ -168,8 +176,6 @@ def _clearly_better(
         is_frame = not fit.pair.mistakes and not fit.has_same_axes
         now = as_it_is if is_frame else near
         gain = MIN_GAIN if fit.is_consistent else min(CLEAR_GAIN, (1 - now) / 2)
-        if not fit.has_same_axes and fit.pair.counts_frames and _may_be_tilted(fit):
-            continue
         if fit.ras >= (as_it_is - EQUAL if are_truer else now + gain):
             better.append(fit)
     better = [fit for fit in better if not fit.apart_deg > CONSISTENT_DEG] or better
@@ -178,12 +184,6 @@ def _clearly_better(
         for fit in better
         if all(fit.ras >= other.ras + MIN_GAIN for other in better if other.n_causes < fit.n_causes)
     ]
-
-
-def _may_be_tilted(fit: "_Candidate") -> bool:
-    """Return whether a turned coordinate frame explains an estimate better than another B."""
-    aligned, _ = fit.pair._replace(alignment="similarity").ras(np.eye(3))
-    return fit.apart_deg > CONSISTENT_DEG or fit.ras < aligned - EQUAL
 
 
 def _as_good(fits: "list[_Candidate]", better: "list[_Candidate]") -> "list[_Candidate]":
@@ -244,11 +244,6 @@ class _Pair(NamedTuple):
     alignment: str  # of the RAS
     up: str
     has_moved: bool = False  # whether positions depend on the mistake, as inverse poses do
-
-    @property
-    def counts_frames(self) -> bool:
-        """Whether the RAS counts rotations between the coordinate frames."""
-        return self.alignment in ("yaw", "none")
 
     def ras(self, body: Floats) -> tuple[float, Floats]:
         """Return the RAS under B with infinitely many thresholds, and the rotation Q."""
