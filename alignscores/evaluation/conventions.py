@@ -493,12 +493,17 @@ def describe_rotation(rotation: Floats) -> str:
 def _fitted_frame(pair: _Pair) -> Floats:
     """Return the constant B with R̂_i ≈ Q R_i B; near a common one the latter.
 
-    What is between them is inaccuracy.
+    What is between them is inaccuracy, unless the RAS is clearly higher with the former, as for an
+    IMU some degrees off the camera's axes.
     """
     body = _rotation_between_cameras(pair)
     common = np.array(list(COMMON.values()))
     apart = rotation_angles(common.swapaxes(1, 2) @ body)
-    return common[np.argmin(apart)] if apart.min() <= NEAR_DEG else body
+    nearest = common[np.argmin(apart)]
+    if apart.min() > NEAR_DEG:
+        return body
+    is_swap = rotation_angles(nearest[None])[0] > 0
+    return body if is_swap and pair.ras(body)[0] >= pair.ras(nearest)[0] + MIN_GAIN else nearest
 
 
 def _rotation_between_cameras(pair: _Pair) -> Floats:

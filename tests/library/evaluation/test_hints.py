@@ -1032,6 +1032,22 @@ def test_a_coordinate_frame_that_the_alignment_counts_is_no_camera_frame():
     assert hints(Trajectory(times, truth), Trajectory(times, turned), alignment="none") == []
 
 
+@pytest.mark.parametrize("alignment", ["similarity", "none"])
+def test_an_imu_some_degrees_off_a_common_frame_is_removed_as_it_is(alignment):
+    rng = np.random.default_rng(5)
+    _, truth = winding(rng)
+    estimate = truth.copy()
+    estimate[:, :3, 3] += rng.normal(0, 0.02, (len(truth), 3))
+    right = evaluate(truth, estimate, alignment=alignment).pas
+    axes = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+    mounting = Rotation.from_rotvec([0.05, -0.06, 0.04]).as_matrix() @ axes
+    estimate[:, :3, :3] = estimate[:, :3, :3] @ mounting
+    (hint,) = hints(truth, estimate, alignment=alignment)
+    assert hint.remedy == "--body_rotation auto removes it"
+    corrected = evaluate(truth, estimate, alignment=alignment, body_rotation="auto")
+    assert corrected.pas == pytest.approx(right, abs=0.01)
+
+
 def test_a_tilt_of_the_coordinate_frame_is_no_camera_frame():
     """Of cameras that turn little, where a yaw leaves the tilt."""
     times, truth = winding(np.random.default_rng(5))
