@@ -211,8 +211,8 @@ def draw(rng: np.random.Generator, real: RealPairs, *, metric: bool) -> Pair:
         if len(stamps) >= MIN_POSES:
             break
     estimate = in_frame(rng, estimate_of(rng, truth, stamps), alignment)
-    written = (Written(path, bool(table)) for path in (truth, estimate))
-    return Pair(*written, {"alignment": alignment})
+    reference, estimated = (Written(path, bool(table)) for path in (truth, estimate))
+    return Pair(reference, estimated, {"alignment": alignment})
 
 
 def _between(path: Trajectory, start: float, end: float) -> Trajectory:
