@@ -30,7 +30,7 @@ __all__ += ["tas_of_other_seeds"]
 
 SMALL_OFFSET = 0.02  # seconds; a smaller offset of the clocks must raise the score
 CLEAR_OFFSET = 0.005  # by so much; a larger one must not lower the score by as much
-MIN_GAIN = 0.03  # of the score, for which a sparse reference may be interpolated
+MIN_GAIN_BY_INTERPOLATION = 0.03  # of the score, between the poses of a sparse reference
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +192,7 @@ def _by_interpolation(
     except ValueError:
         return ""
     before, after = outcome.scored.score, tried.scored.score
-    if not after >= before + MIN_GAIN:
+    if not after >= before + MIN_GAIN_BY_INTERPOLATION:
         return ""
     name = "PAS" if has_rotations else "TAS"
     return (

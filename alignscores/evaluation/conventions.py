@@ -120,8 +120,8 @@ def find_conventions(
     two. Where both are inverted, their rotations may agree; then their positions show it. Those
     that fit equally well are all reported, the likeliest first. `inverted` are the files whose
     poses were inverted when they were read. `orders` is the order in which the quaternions of each
-    file were read, which is not tried as a mistake. The RAS has this `alignment`; where it counts
-    the rotation of the coordinate frames, that is no camera frame.
+    file were read, which is not tried as a mistake. The RAS is computed under `alignment` and `up`;
+    where these count a rotation between the coordinate frames, it is no camera frame.
     """
     rows = moving_cameras(gt_poses, est_poses)
     if len(rows) < MIN_CAMERAS:
@@ -141,7 +141,7 @@ def find_conventions(
         return []
     fits = [_fit(*candidate) for candidate in _candidates(original, moved, pairs)]
     fits = [fit for fit in fits if fit.n_causes]  # a B near the identity is no convention
-    if alignment in ("yaw", "none"):  # which count a turned coordinate frame
+    if alignment in ("yaw", "none"):  # a turned coordinate frame may explain more
         aligned, _ = original._replace(alignment="similarity").ras(np.eye(3))
         fits = [
             fit
@@ -493,8 +493,8 @@ def describe_rotation(rotation: Floats) -> str:
 def _fitted_frame(pair: _Pair) -> Floats:
     """Return the constant B with R̂_i ≈ Q R_i B; near a common one the latter.
 
-    What is between them is inaccuracy, unless the RAS is clearly higher with the former, as for an
-    IMU some degrees off the camera's axes.
+    The rotation between them is inaccuracy, unless it raises the RAS by 0.1, as for an IMU some
+    degrees off the camera's axes.
     """
     body = _rotation_between_cameras(pair)
     common = np.array(list(COMMON.values()))
@@ -502,8 +502,9 @@ def _fitted_frame(pair: _Pair) -> Floats:
     nearest = common[np.argmin(apart)]
     if apart.min() > NEAR_DEG:
         return body
-    is_swap = rotation_angles(nearest[None])[0] > 0
-    return body if is_swap and pair.ras(body)[0] >= pair.ras(nearest)[0] + MIN_GAIN else nearest
+    is_identity = bool((nearest == np.eye(3)).all())
+    is_inaccuracy = pair.ras(body)[0] < pair.ras(nearest)[0] + MIN_GAIN
+    return nearest if is_identity or is_inaccuracy else body
 
 
 def _rotation_between_cameras(pair: _Pair) -> Floats:

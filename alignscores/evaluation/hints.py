@@ -341,9 +341,8 @@ def _table(state: _State, files: Files, side: str) -> tuple[Table | None, list[s
         else (files.est_path, settings.columns_of_estimates, settings.est_file_format)
     )
     with suppress(*FAILURES):
-        if (
-            path and file_format.tables and not file_format.inverted
-        ):  # named columns are camera-to-world
+        # Columns that are named hold camera-to-world poses.
+        if path and file_format.tables and not file_format.inverted:
             table = open_table(path)
             return table, name_columns(table, named)
     return None, []
@@ -520,7 +519,8 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
                 state.reference,
                 state.estimate,
                 changes,
-                margin=EQUAL if is_common(body_rotation) else CLEAR,  # which fits many mistakes
+                # A frame that is fitted also fits rotations with other mistakes.
+                margin=EQUAL if is_common(body_rotation) else CLEAR,
                 alike="frame",
             )
     yield from (replace(mirror, margin=CLEAR) for mirror in mirrors)
@@ -714,20 +714,19 @@ def _mirrors(state: _State, files: Files) -> Iterator[_Remedy]:
         swapped = {REF: reference, EST: estimate, side: trajectory._replace(poses=poses)}
         option = _columns(state, files, {side: "y x"})
         if option:
-            text_of_option = f"{option} swaps two axes"
-            yield _Remedy("mirrored", text, text_of_option, swapped[REF], swapped[EST])
-    each = {change: [mirror] for change, mirror in MIRRORS.items()}
+            swap = f"{option} swaps two axes"
+            yield _Remedy("mirrored", text, swap, swapped[REF], swapped[EST])
     # An alignment that rotates freely takes each of these mirrors of positions to any other.
     rotates_freely = state.settings.alignment not in ("yaw", "none")
     any_mirror = {"one axis negated, or two swapped,": [*MIRRORS.values()]}
-    of_positions = any_mirror if rotates_freely else each
-    candidates = [(False, *item) for item in of_positions.items()]
-    candidates += [(True, *item) for item in each.items() if state.has_rotations]
+    single_mirrors = {change: [mirror] for change, mirror in MIRRORS.items()}
+    mirrors_of_positions = any_mirror if rotates_freely else single_mirrors
+    candidates = [(False, *item) for item in mirrors_of_positions.items()]
+    candidates += [(True, *item) for item in single_mirrors.items() if state.has_rotations]
+    scored = state.scored if state.has_rotations else None
     for with_rotations, change, mirrors in candidates:
-        if state.scored and state.has_rotations:
-            less = [_move_less_alike(state.scored, mirror, with_rotations) for mirror in mirrors]
-            if all(less):
-                continue
+        if scored and all(_move_less_alike(scored, mirror, with_rotations) for mirror in mirrors):
+            continue
         parts = "positions and rotations" if with_rotations else "positions"
         option = f"correct the export: with {change} in its {parts}, {files.reference} fits"
         poses = _mirror(reference.poses, mirrors[0], with_rotations)

@@ -172,7 +172,7 @@ def test_outliers_leave_an_offset_certain(step, share, seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_outliers_leave_an_offset_by_speeds_certain(seed):
-    """Two motions are spoilt by each, by far more than speeds differ."""
+    """Each spoils the two motions that it belongs to."""
     truth = walk()
     estimate = disturbed(truth, 0.4)
     rng = np.random.default_rng(seed)
@@ -184,7 +184,7 @@ def test_outliers_leave_an_offset_by_speeds_certain(seed):
 
 
 def test_a_camera_that_rests_for_most_of_the_time_has_a_clock():
-    """All of its motions are alike then but some."""
+    """Most of its motions are equal."""
     times = np.arange(2000) / 20
     rates = np.where(times % 30 < 10, np.sin(times) + np.sin(2.3 * times), 0.0)
     poses = np.tile(np.eye(4), (2000, 1, 1))

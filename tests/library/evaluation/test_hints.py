@@ -1024,7 +1024,7 @@ def test_inverse_poses_near_one_point_are_no_better_fit(alignment):
 
 
 def test_a_coordinate_frame_that_the_alignment_counts_is_no_camera_frame():
-    """On a plane their rotations are alike; positions show the former."""
+    """On a plane both rotate poses alike, but only a coordinate frame rotates positions."""
     times, truth = climbing(0.0)
     turned = truth.copy()
     turn = Rotation.from_euler("z", 0.7).as_matrix()
@@ -1060,7 +1060,7 @@ def test_a_tilt_of_the_coordinate_frame_is_no_camera_frame():
 
 @pytest.mark.parametrize("seed", range(2))
 def test_the_file_whose_format_allows_the_mistake_is_named(write, seed):
-    """Quaternions that both are shifted are as alike; from a sphere inverse positions are, too."""
+    """Shifting the quaternions of the other file, too, makes rotations fit as well."""
     rng = np.random.default_rng(seed)
     positions = rng.normal(size=(150, 3))
     positions *= 3 / np.linalg.norm(positions, axis=1, keepdims=True)
@@ -1089,7 +1089,7 @@ def test_the_file_whose_format_allows_the_mistake_is_named(write, seed):
 
 
 def test_an_offset_that_motions_leave_open_is_named_by_the_score():
-    """A survey flies there and back: the turns repeat, the positions do not."""
+    """The turns repeat, the positions do not."""
     rng = np.random.default_rng(4)
     times = np.arange(2400) / 20
     rates = 0.6 * np.sin(np.outer(times, 2 * np.pi / 20 * np.array([2, 3, 7]))).sum(axis=1)
