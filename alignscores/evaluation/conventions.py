@@ -203,17 +203,17 @@ def _as_good(fits: "list[_Candidate]", better: "list[_Candidate]") -> "list[_Can
 
 def _may_be_inverted(found: list[Convention], original: "_Pair") -> Iterator[Convention]:
     """Yield inversions that poor positions, or a common coordinate frame, may hide."""
-    hides_errors = _hides_errors(original, inverse_poses(original.gt))
+    of_both = dict.fromkeys((REF, EST), INVERTED)
     for convention in found:
-        is_of_both = len(convention.mistakes) == 2
-        if INVERTED_ROTATIONS in convention.mistakes.values() and not (is_of_both and hides_errors):
+        if INVERTED_ROTATIONS in convention.mistakes.values():
             yield replace(convention, mistakes=dict.fromkeys(convention.mistakes, INVERTED))
     # If both files are inverted, coordinate frames that differ look like camera frames.
     has_frame = any(not each.mistakes and each.body_rotation is not None for each in found)
     rotation = original.positions.rotation
     is_in_same_frame = rotation is not None and rotation_angles(rotation[None])[0] <= NEAR_DEG
-    if has_frame and is_in_same_frame and not hides_errors:
-        yield Convention(dict.fromkeys((REF, EST), INVERTED))
+    both = _corrected(original, of_both, ())
+    if has_frame and is_in_same_frame and not _hides_errors(original, both):
+        yield Convention(of_both)
 
 
 def moving_cameras(gt_poses: Floats, est_poses: Floats) -> Indices:
@@ -364,27 +364,41 @@ def _moved(original: _Pair, pairs: list[_Pair]) -> list[_Pair]:
         for pair in pairs
         if pair.has_moved
         and pair.positions.misfit < MAX_MISFIT_OF_RELATED
-        and not (len(pair.mistakes) == 2 and _hides_errors(original, pair.gt))
+        and not (len(pair.mistakes) == 2 and _hides_errors(original, pair))
     ]
-    errors = [
-        pair.positions.error
+    better = [
+        pair
         for pair in pairs
         if pair.positions.is_much_better_than(now)
         or (pair.positions.error < now.error / 3 and pair.positions.misfit < now.misfit)
     ]
-    if not errors:
-        return []
-    max_error = max(2 * min(errors), ROUNDING * now.error)
-    return [pair for pair in pairs if pair.positions.error <= max_error]
+    return [
+        pair
+        for pair in pairs
+        if better and not any(_hides(other, pair, ROUNDING * now.error) for other in better)
+    ]
 
 
-def _hides_errors(original: _Pair, inverted: Floats) -> bool:
+def _hides(other: _Pair, pair: _Pair, rounding: float) -> bool:
+    """Return whether another pair has much smaller errors, and so is likelier.
+
+    A small ring of cameras fits a large one, and has smaller errors even if it fits worse.
+    """
+    now, then = pair.positions, other.positions
+    is_in_same_unit = 1 / ABOUT < now.scale / then.scale < ABOUT
+    is_nearer = now.error > max(2 * then.error, rounding)
+    return is_nearer and (is_in_same_unit or then.misfit <= now.misfit)
+
+
+def _hides_errors(original: _Pair, inverted: _Pair) -> bool:
     """Return whether positions fit as they are, and inverted poses of both files move more.
 
     In the coordinates of the camera all that is far away moves as the camera turns. On that long
-    path errors are small.
+    path errors are small, but hardly smaller in metres.
     """
-    return original.positions.misfit < MAX_MISFIT and _step(inverted) > _step(original.gt)
+    now, then = original.positions, inverted.positions
+    is_long = now.misfit < MAX_MISFIT and _step(inverted.gt) > _step(original.gt)
+    return is_long and then.error > now.error / ABOUT
 
 
 def _are_truer(pair: _Pair, original: _Pair) -> bool:

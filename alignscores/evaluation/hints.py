@@ -196,6 +196,7 @@ def rescue(
         _units_and_clocks,
         _shifts,
         _increments,
+        _inverses,
         _between_stamps,
     ):
         tried = _tried(state, find(state, files))
@@ -494,7 +495,6 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
             mirrors = list(_mirrors(state, files))
     if mirrors and _fits_mirrored(state.scored, state.settings):
         yield from mirrors
-    has_frame = any(not convention.mistakes for convention in found)
     for convention in found:
         frame, body_rotation = "", convention.body_rotation
         if body_rotation is not None:
@@ -505,10 +505,9 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
         changes = {"body_rotation": "auto"} if frame else {}
         if convention.mistakes:
             for remedy in _of_convention(state, files, convention, frame, changes):
-                is_like_frame = has_frame and len(convention.mistakes) == 2
                 yield replace(
                     remedy,
-                    alike="frame" if is_like_frame else remedy.alike,
+                    alike=BOTH if len(convention.mistakes) == 2 else remedy.alike,
                     margin=CLEAR if convention.is_unlikely else remedy.margin,
                 )
         elif body_rotation is not None:
@@ -521,7 +520,7 @@ def _conventions(state: _State, files: Files) -> Iterator[_Remedy]:
                 changes,
                 # A frame that is fitted also fits rotations with other mistakes.
                 margin=EQUAL if is_common(body_rotation) else CLEAR,
-                alike="frame",
+                alike=BOTH,  # rotations are alike if those of both files are mixed up
             )
     yield from (replace(mirror, margin=CLEAR) for mirror in mirrors)
 
@@ -637,6 +636,23 @@ def _of_inverted(
             "--lever_arm auto instead"
         )
     return f"the poses of {names} seem to be {seem}", option
+
+
+def _inverses(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield the inverse poses of the reference, alone or with the estimate's.
+
+    World-to-camera poses of cameras that look at one point have one position.
+    """
+    reference, estimate = state.reference, state.estimate
+    inverse = [
+        trajectory._replace(poses=inverse_poses(trajectory.poses))
+        for trajectory in (reference, estimate)
+    ]
+    for sides, est in (([REF], estimate), ([REF, EST], inverse[1])):
+        _, option = _of_inverted(state, files, sides, "")
+        names = files.name(BOTH if len(sides) == 2 else REF)
+        text = f"the poses of {names} may be world-to-camera, of cameras that look at one point"
+        yield _Remedy(INVERTED, text, option, inverse[0], est)
 
 
 def _by_side(sides: list[str], inverted: set[str], if_inverted: str, otherwise: str) -> str:

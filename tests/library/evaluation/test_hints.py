@@ -1166,3 +1166,54 @@ def test_the_order_of_quaternions_beside_names_is_corrected_by_columns(write):
     assert "--est_columns 'name x y z qw qx qy qz'" in hint.remedy
     followed = evaluate(reference, w_first, est_columns="name x y z qw qx qy qz")
     assert followed.pas == right.pas
+
+
+def ring(*, turns, height, target, sigma):
+    """Return cameras around a target, and an estimate of them in other coordinates."""
+    rng, n = np.random.default_rng(0), 120
+    angles = np.linspace(0, 2 * np.pi * turns, n)
+    positions = 2 * np.column_stack([np.cos(angles), np.sin(angles), np.full(n, height)])
+    ahead = np.array(target) - positions
+    ahead /= np.linalg.norm(ahead, axis=1)[:, None]
+    right = np.cross(ahead, [0, 0, 1])
+    right /= np.linalg.norm(right, axis=1)[:, None]
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    poses[:, :3, :3] = np.stack([right, np.cross(ahead, right), ahead], axis=2)
+    poses[:, :3, 3] = positions
+    error = np.tile(np.eye(4), (n, 1, 1))
+    error[:, :3, :3] = Rotation.from_rotvec(np.radians(0.4) * rng.normal(size=(n, 3))).as_matrix()
+    error[:, :3, 3] = rng.normal(scale=sigma, size=(n, 3))
+    frame = np.eye(4)
+    frame[:3, :3] = Rotation.from_euler("xyz", [60, 20, 100], degrees=True).as_matrix()
+    frame[:3, 3] = 1, 2, 3
+    return poses, frame @ poses @ error
+
+
+@pytest.mark.parametrize("sides", ["--ref_invert", "--est_invert", "--ref_invert --est_invert"])
+@pytest.mark.parametrize(
+    "scene",
+    [
+        {"turns": 0.5, "height": 0.0, "target": (0.2, 0.2, 0.0), "sigma": 0.02},
+        {"turns": 0.5, "height": 0.4, "target": (0.2, 0.2, 0.0), "sigma": 0.02},
+        {"turns": 0.5, "height": 1.0, "target": (0.2, 0.2, 0.0), "sigma": 0.02},
+        {"turns": 1.0, "height": 1.0, "target": (1.6, 1.6, 0.0), "sigma": 0.02},
+    ],
+)
+def test_of_cameras_around_a_target_the_inverted_file_is_named(scene, sides):
+    # The translations of world-to-camera poses are a small ring, which fits a large one.
+    names = np.array([f"{i:03d}.jpg" for i in range(120)])
+    poses, estimate = ring(**scene)
+    reference = inverse_poses(poses) if "--ref_invert" in sides else poses
+    estimate = inverse_poses(estimate) if "--est_invert" in sides else estimate
+    (hint,) = hints(Trajectory(names, reference), Trajectory(names, estimate))
+    assert f"{sides} corrects it" in re.split("; or |; ", hint.remedy)
+
+
+@pytest.mark.parametrize("sides", ["--ref_invert", "--ref_invert --est_invert"])
+def test_a_reference_whose_cameras_look_at_one_point_is_refused_with_its_inversion(sides):
+    names = np.array([f"{i:03d}.jpg" for i in range(120)])
+    poses, estimate = ring(turns=1.0, height=0.5, target=(0.0, 0.0, 0.0), sigma=0.01)
+    reference = inverse_poses(poses)
+    estimate = inverse_poses(estimate) if "--est_invert" in sides else estimate
+    with pytest.raises(ValueError, match=r"PAS 0\.8\d\d corrected\); " + sides + " corrects it"):
+        evaluate(Trajectory(names, reference), Trajectory(names, estimate))
