@@ -67,6 +67,7 @@ MAX_TURN, MAX_SPEED = 90.0, 40.0  # of a camera, in the median: deg/s and m/s
 SLOW, BACK_AND_FORTH = 0.3, 15.0  # m/s, and the length of a path relative to its extent
 FRAME = 0.1  # seconds between frames without stamps
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
+MIN_DURATION = 5.0  # seconds of a recording, as a rule
 MAX_RATIO = 30  # of the durations of two files in the same unit
 # Between the unit of stamps and the one they were read in; larger units pass for seconds.
 LARGE_UNITS = {unit: UNITS[unit] for unit in ("minutes", "hours", "days")}
@@ -268,8 +269,8 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
     steps = [_positive_step(poses.keys) for poses in (reference, estimate)]
     is_usual = [STEPS_OF_CAMERAS[0] <= step <= STEPS_OF_CAMERAS[1] for step in steps]
     factors = [
-        _time_factors(step, differ or not usual)
-        for step, usual in zip(steps, is_usual, strict=True)
+        _time_factors(step, duration, differ or not usual)
+        for step, duration, usual in zip(steps, durations, is_usual, strict=True)
     ]
     for of_ref, of_est in product(*factors):
         if of_ref == of_est == 1:
@@ -303,11 +304,16 @@ def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
         )
 
 
-def _time_factors(step: float, is_wrong: bool) -> list[float]:
-    """Return 1 and, if a step of stamps is or may be wrong, factors that make it a camera's."""
+def _time_factors(step: float, duration: float, is_wrong: bool) -> list[float]:
+    """Return 1 and, if a step of stamps is or may be wrong, factors that make it a camera's.
+
+    Those under which a recording is short count only if there are no others.
+    """
     low, high = STEPS_OF_CAMERAS
     others = TIME_FACTORS if is_wrong else ()
-    return [1.0, *(factor for factor in others if low <= step * factor <= high)]
+    factors = [factor for factor in others if low <= step * factor <= high]
+    long = [factor for factor in factors if duration * factor >= MIN_DURATION]
+    return [1.0, *(long or factors)]
 
 
 def _positive_step(stamps: Floats) -> float:

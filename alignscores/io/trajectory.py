@@ -28,9 +28,11 @@ BLOCK = 1 << 14  # rows that are converted at once, which the cache of a process
 
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ticks": 1e7, "ns": 1e9}  # in a second
 MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
-# Stamps below a size that differ by a step or more are nanoseconds since a start: up to a day, or
-# up to three years, where such steps would be 5 s and more in microseconds since 1970.
-NANOSECOND_STEPS = {1e14: 5e5, 1e17: 5e6}
+# Stamps that differ by 5e6 or more are nanoseconds since a start, up to three years: such steps would
+# be 5 s and more in microseconds since 1970. So are those of a day that differ by 5e5, if they last
+# 10 s; in microseconds these would be slow, in nanoseconds shorter ones no recording.
+MAX_NANOSECONDS, MIN_NANOSECOND_STEP = 1e17, 5e6
+MAX_FAST, MIN_FAST_STEP, MIN_FAST_DURATION = 1e14, 5e5, 1e10
 # Seconds from the start of ticks of 100 ns to 1970: none, 1601 (Windows), the year 1 (.NET).
 EPOCHS = 0.0, 11_644_473_600.0, 62_135_596_800.0
 TODAY = 6e8, 3.5e9  # seconds since 1970, from 1989 to 2080
@@ -289,7 +291,8 @@ def time_unit(stamps: Floats) -> str:
     size = abs(float(stamps[len(stamps) // 2])) if in_order else float(np.median(np.abs(stamps)))
     steps = np.diff(stamps if in_order else np.unique(stamps))
     step = float(np.median(steps)) if len(steps) else 0.0
-    if any(size < largest and step >= smallest for largest, smallest in NANOSECOND_STEPS.items()):
+    is_fast = size < MAX_FAST and step >= MIN_FAST_STEP and np.ptp(stamps) >= MIN_FAST_DURATION
+    if is_fast or (size < MAX_NANOSECONDS and step >= MIN_NANOSECOND_STEP):
         return "ns"
     since_1970 = (size / TIME_UNITS["ticks"] - epoch for epoch in EPOCHS)
     if any(TODAY[0] < seconds < TODAY[1] for seconds in since_1970):

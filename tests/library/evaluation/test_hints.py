@@ -86,6 +86,16 @@ HINTS = [  # case, reference, estimate, what the hint says, settings that follow
         0.849,
     ),
     (
+        "30-ms-since-start",
+        "c_gt_us.txt",
+        "c_estk_us.txt",
+        "us in both c_gt_us.txt and c_estk_us",
+        "--columns 't_us x y z qx qy qz qw'",
+        {"columns": "t_us x y z qx qy qz qw"},
+        0.763,
+        0.865,
+    ),
+    (
         "15-replica-flip",
         "traj.txt",
         "est_rows.txt",
@@ -145,7 +155,6 @@ def test_mistakes_that_no_option_corrects_are_noted(case, name, files, words):
         ("10-relative-poses", "gt.txt relative.txt", "motions from frame to frame"),
         ("12-gtsam-key-stamps", "gt.txt robot0.txt", "count by one"),
         ("30-ms-since-start", "c_gt_s.txt c_est_ms.txt", "only 1 of 600 poses .* 't_ms x y z qx"),
-        ("30-ms-since-start", "c_gt_us.txt c_estk_us.txt", "--columns 't_us x y z qx qy qz qw'"),
         ("26-clock-far-off", "gt.txt est.txt", "offset of -90569539.4(8[7-9]|9[0-7])"),
     ],
 )
@@ -1217,3 +1226,18 @@ def test_a_reference_whose_cameras_look_at_one_point_is_refused_with_its_inversi
     estimate = inverse_poses(estimate) if "--est_invert" in sides else estimate
     with pytest.raises(ValueError, match=r"PAS 0\.8\d\d corrected\); " + sides + " corrects it"):
         evaluate(Trajectory(names, reference), Trajectory(names, estimate))
+
+
+@pytest.mark.parametrize("unit", ["ms", "us"])
+def test_a_slow_recording_in_small_units_is_no_fast_one_in_smaller_ones(tmp_path, unit):
+    # 400 poses at 1 Hz, which would last 0.4 s in the next smaller unit.
+    rng = np.random.default_rng(5)
+    truth = winding(rng)[1][:400]
+    stamps = np.arange(400) * {"ms": 1e3, "us": 1e6}[unit]
+    files = tmp_path / "gt.txt", tmp_path / "est.txt"
+    for file, poses in zip(files, (truth, disturbed(truth, rng)), strict=True):
+        write_stamped(file, stamps, poses)
+    named = evaluate(*files, columns=f"t_{unit} x y z qx qy qz qw")
+    scored = evaluate(*files)
+    assert scored.pas == pytest.approx(named.pas, abs=0.01)
+    assert [note for note in scored.notes if note.kind in KINDS] == []
