@@ -405,10 +405,15 @@ def _are_truer(pair: _Pair, original: _Pair) -> bool:
     """Return whether inverted poses have much smaller errors of positions, or both smaller steps.
 
     Drift about the origin moves no inverse pose, and passes for errors of two inverted files.
+    Positions near one point, as of cameras that look at it, have small errors, but fit no others.
     """
+    now, then = original.positions, pair.positions
+    if not pair.has_moved:
+        return False
     if len(pair.mistakes) == 2:
-        return pair.has_moved and _step(pair.gt) < _step(original.gt)
-    return pair.has_moved and pair.positions.error < original.positions.error / 3
+        return _step(pair.gt) < _step(original.gt)
+    is_related = now.misfit > MAX_MISFIT_OF_RELATED and then.misfit <= MAX_MISFIT
+    return is_related or then.error < now.error / 3
 
 
 def _step(poses: Floats) -> float:
