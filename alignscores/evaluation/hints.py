@@ -658,7 +658,9 @@ def _inverses(state: _State, files: Files) -> Iterator[_Remedy]:
         _, option = _of_inverted(state, files, sides, "")
         names = files.name(BOTH if len(sides) == 2 else REF)
         text = f"the poses of {names} may be world-to-camera, of cameras that look at one point"
-        yield _Remedy(INVERTED, text, option, inverse[0], est)
+        remedy = _Remedy(INVERTED, text, option, inverse[0], est)
+        if _fit_after(state, remedy).misfit <= MAX_MISFIT:
+            yield remedy
 
 
 def _by_side(sides: list[str], inverted: set[str], if_inverted: str, otherwise: str) -> str:
@@ -833,14 +835,14 @@ def _increments(state: _State, files: Files) -> Iterator[_Remedy]:
         option += ", starting from the identity" if leads_away or not state.scored else ""
         alike = "increments" if side == BOTH else ""  # inverse ones multiply to paths, too
         remedy = _Remedy("increments", text, option, ref, est, alike=alike)
-        fit = _fit_by_name(state, remedy) if is_named else _fit(ref, est)
+        fit = _fit_after(state, remedy) if is_named else _fit(ref, est)
         fits = fit.is_much_better_than(now) if now else fit.misfit <= MAX_MISFIT
         # Straight paths are all alike, unless the times along them agree, which names do not have.
         if fits and (not is_named or fit.misfit <= fit.certain):
             yield remedy
 
 
-def _fit_by_name(state: _State, remedy: _Remedy) -> PositionFit:
+def _fit_after(state: _State, remedy: _Remedy) -> PositionFit:
     """Return how well positions fit after a remedy, as scoring matches them."""
     after = state.after(remedy)
     if after is None or after.scored is None:
