@@ -171,7 +171,7 @@ def look(
     The score is the PAS, without rotations the TAS.
     """
     state = _State(reference, estimate, settings, scored, attempt, has_rotations)
-    state = _tried(state, _units_of_time(state, files))
+    state = _tried(state, _stamps(state, files))
     state = _tried(state, _increments(state, files))  # which would pass for late poses
     state = _on_time(state, files)
     state = _tried(state, _conventions(state, files))
@@ -192,7 +192,7 @@ def rescue(
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, attempt, has_rotations)
     for find in (
-        _units_of_time,
+        _stamps,
         _clocks,
         _units_and_clocks,
         _shifts,
@@ -255,6 +255,12 @@ def _t(gains: Floats, stretches: int = BLOCKS) -> float:
     means = np.array([part.mean() for part in np.array_split(gains, stretches) if len(part)])
     error = np.std(means, ddof=1) / np.sqrt(len(means))
     return float(means.mean() / max(error, np.finfo(float).tiny))
+
+
+def _stamps(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield other units of the stamps, or stamps of poses that are counted."""
+    yield from _units_of_time(state, files)
+    yield from _counters(state, files)
 
 
 def _units_of_time(state: _State, files: Files) -> Iterator[_Remedy]:
@@ -450,6 +456,38 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
             reference,
             estimate._replace(keys=estimate.keys + frames),
             min_t=MIN_T if clock.motions == "speeds" else 0.0,
+        )
+
+
+def _counters(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield the stamps or numbers of frames where one file counts its poses, and the other not.
+
+    Both may hold the same frames, or the one that counts has lost some at its end.
+    """
+    reference, estimate = state.reference, state.estimate
+    if "U" in (reference.keys.dtype.kind, estimate.keys.dtype.kind):
+        return
+    counts = {
+        side: bool((np.diff(poses.keys) == 1).all())
+        for side, poses in ((REF, reference), (EST, estimate))
+    }
+    if counts[REF] == counts[EST]:
+        return
+    side = REF if counts[REF] else EST
+    counted, other = (reference, estimate) if counts[REF] else (estimate, reference)
+    stamps, n = np.sort(other.keys), len(counted.keys)
+    step = np.median(np.diff(stamps)) if len(stamps) > 1 else 0
+    for keys in ([stamps] if len(stamps) == n else []) + [stamps[0] + step * np.arange(n)]:
+        keys = keys.astype(stamps.dtype)
+        changed = {REF: reference, EST: estimate, side: counted._replace(keys=keys)}
+        what = "time stamps" if stamps.dtype.kind == "f" else "numbers"
+        yield _Remedy(
+            "clock",
+            f"the {what} of {files.name(side)} seem to count its poses, unlike those of "
+            f"{files.name(EST if side == REF else REF)}, which differ by {step:.3g}",
+            f"write the {what[:-1]} of its frame before each pose",
+            changed[REF],
+            changed[EST],
         )
 
 

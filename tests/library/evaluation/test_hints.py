@@ -1250,3 +1250,27 @@ def test_translations_beside_good_rotations_of_cameras_that_look_at_one_point_ar
     poses[:, :3, 3] = inverse_poses(poses)[:, :3, 3]
     (hint,) = hints(Trajectory(names, poses), Trajectory(names, estimate))
     assert "positions of the reference seem to be world-to-camera translations" in hint.text
+
+
+def counted(keys, side, n):
+    """Return both trajectories, one of them with the numbers of its n poses for stamps."""
+    rng = np.random.default_rng(12)
+    truth = winding(rng)[1][: len(keys)]
+    pair = [Trajectory(keys, truth), Trajectory(keys, disturbed(truth, rng))]
+    pair[side] = Trajectory(np.arange(n).astype(keys.dtype), pair[side].poses[:n])
+    return pair
+
+
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("keys", [np.arange(600) * 5, np.arange(600) / 30])
+@pytest.mark.parametrize("n", [600, 550])
+def test_poses_that_are_counted_beside_stamps_or_numbers_of_frames_are_named(keys, side, n):
+    (hint,) = hints(*counted(keys, side, n))
+    assert f"of {('the reference', 'the estimate')[side]} seem to count its poses" in hint.text
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_poses_that_are_counted_beside_stamps_since_1970_are_refused_as_such(side):
+    name = ("the reference", "the estimate")[side]
+    with pytest.raises(ValueError, match=f"time stamps of {name} seem to count its poses"):
+        hints(*counted(1.7e9 + np.arange(600) / 10, side, 550))
