@@ -72,7 +72,14 @@ MAX_RATIO = 30  # of the durations of two files in the same unit
 # Between the unit of stamps and the one they were read in; larger units pass for seconds.
 LARGE_UNITS = {unit: UNITS[unit] for unit in ("minutes", "hours", "days")}
 TIME_FACTORS = 1e-3, 1e-6, 1e-9, 1e3, 1e6, *LARGE_UNITS.values()
-LENGTHS = {1e3: "mm", 1e2: "cm", 3.28084: "feet"}  # units in a metre
+# How many times larger numbers are in the first of two units.
+LENGTHS = {
+    1e3: "mm, those of {other} in m (or in m and km)",
+    1e2: "cm, those of {other} in m",
+    1e1: "mm, those of {other} in cm",
+    3.28084: "feet, those of {other} in m",
+    39.3701: "inches, those of {other} in m",
+}
 MIRRORS = {
     "z negated": np.diag([1.0, 1.0, -1.0]),
     "y negated": np.diag([1.0, -1.0, 1.0]),
@@ -972,16 +979,16 @@ def _units_of_length(state: _State, files: Files) -> Iterator[_Remedy]:
         return
     fit = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows])
     min_t = 0.0 if fit.misfit <= MAX_MISFIT else MIN_T
-    for factor, unit in LENGTHS.items():
+    for factor, units in LENGTHS.items():
         for side, other, ratio in ((EST, REF, factor), (REF, EST, 1 / factor)):
             if abs(np.log(fit.scale / ratio)) < 0.1:
                 poses = state.estimate.poses.copy()
                 poses[:, :3, 3] /= ratio
-                or_km = f", or those of {files.name(other)} in km" if unit == "mm" else ""
+                seem = units.format(other=files.name(other))
                 yield _Remedy(
                     "units",
-                    f"the positions of {files.name(side)} seem to be in {unit}{or_km}, with an "
-                    f"estimate of {fit.scale:.4g}x the reference",
+                    f"the positions of {files.name(side)} seem to be in {seem}, with an estimate "
+                    f"of {fit.scale:.4g}x the reference",
                     "write both in one unit, or --alignment similarity removes the scale",
                     state.reference,
                     state.estimate._replace(poses=poses),

@@ -338,7 +338,7 @@ def test_an_estimate_in_millimetres_is_named_where_the_scale_counts():
     assert "the positions of the estimate seem to be in mm" in hint.text
 
 
-@pytest.mark.parametrize("units", [1e3, 1e2, 3.28084])
+@pytest.mark.parametrize("units", [1e3, 1e2, 1e1, 39.3701, 3.28084])
 def test_units_of_length_are_named_where_only_a_short_part_is_accurate(units):
     """The scale shows them; the score gains in one stretch of time only."""
     rng = np.random.default_rng(3)
