@@ -15,6 +15,7 @@ from itertools import chain, product
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..arrays import Floats, Indices
 from ..averaging import project_to_rotation, rotation_angles
@@ -22,7 +23,7 @@ from ..io import FAILURES, Trajectory, inverse_poses
 from ..io.columns import UNITS, name_columns
 from ..io.tables import Table, open_table
 from ..io.trajectory import TIME_UNITS
-from ..similarity import Similarity
+from ..similarity import UP, Similarity
 from ..validation import finite_rows
 from .clock import Clock, align_vectors, find_clock
 from .conventions import (
@@ -65,6 +66,7 @@ SPAN_OF_FRAMES = 60  # over which motions are compared, or BLOCKS in a file
 BLOCKS = 20  # stretches of time, for standard errors
 MAX_TURN, MAX_SPEED = 90.0, 40.0  # of a camera, in the median: deg/s and m/s
 SLOW, BACK_AND_FORTH = 0.3, 15.0  # m/s, and the length of a path relative to its extent
+MIN_TILT = 30.0  # deg, of a vertical axis that is another one
 FRAME = 0.1  # seconds between frames without stamps
 STEPS_OF_CAMERAS = 1e-3, 5.0  # seconds between the poses of a trajectory
 MIN_DURATION = 5.0  # seconds of a recording, as a rule
@@ -183,6 +185,7 @@ def look(
     state = _on_time(state, files)
     state = _tried(state, _conventions(state, files))
     state = _tried(state, _mirrored(state, files))
+    state = _tried(state, _vertical(state, files))
     state = _tried(state, _units_of_length(state, files))
     return list(state.notes)
 
@@ -831,6 +834,43 @@ def _move_less_alike(scored: Scored, mirror: Floats, with_rotations: bool) -> bo
     now, then = errors
     error, size = (np.median(np.linalg.norm(vectors, axis=1)) for vectors in (now, est))
     return bool(error < MAX_MISFIT_OF_RELATED * size) and _are_smaller(then, now)
+
+
+def _vertical(state: _State, files: Files) -> Iterator[_Remedy]:
+    """Yield other vertical axes of both files, or of the estimate, where the alignment keeps it."""
+    settings = state.settings
+    if not state.scored or settings.alignment != "yaw":
+        return
+    up = _unit_vector(settings.up)
+    rows = _sample(state.scored)
+    rotation = fit_positions(state.scored.gt_poses[rows], state.scored.est_poses[rows]).rotation
+    if rotation is None or up @ rotation @ up > np.cos(np.radians(MIN_TILT)):
+        return
+    for axis in UP:
+        turn = np.eye(4)
+        turn[:3, :3] = Rotation.align_vectors(up, _unit_vector(axis))[0].as_matrix()
+        yield _Remedy(
+            "vertical",
+            f"the vertical axis of {files.estimate} seems to be {axis}, that of {files.reference} "
+            f"{settings.up}",
+            f"write {files.estimate} with {settings.up} up; --alignment rigid removes any rotation",
+            state.reference,
+            state.estimate._replace(poses=turn @ state.estimate.poses),
+        )
+    for axis in "xyz".replace(settings.up[-1], ""):
+        yield _Remedy(
+            "vertical",
+            f"the vertical axis of {files.name(BOTH)} seems to be {axis}",
+            f"--up {axis} names it",
+            state.reference,
+            state.estimate,
+            {"up": axis},
+        )
+
+
+def _unit_vector(axis: str) -> Floats:
+    """Return the unit vector of an axis, such as -z."""
+    return np.asarray(np.eye(3)["xyz".index(axis[-1])] * (-1.0 if axis[0] == "-" else 1.0))
 
 
 def _has_constant(trajectory: Trajectory) -> bool:

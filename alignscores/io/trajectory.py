@@ -29,8 +29,8 @@ BLOCK = 1 << 14  # rows that are converted at once, which the cache of a process
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ticks": 1e7, "ns": 1e9}  # in a second
 MAX_SECONDS = 1e11  # larger time stamps, as a rule, are in a smaller unit
 # Stamps that differ by 5e6 or more are nanoseconds since a start, up to three years: such steps
-# would be 5 s and more in microseconds since 1970. So are those of a day that differ by 5e5 and last
-# 10 s; in microseconds these would be slow, in nanoseconds shorter ones no recording.
+# would be 5 s and more in microseconds since 1970. So are those of a day that differ by 5e5, for
+# 10 s: in microseconds these would be slow, and shorter ones in nanoseconds no recording.
 MAX_NANOSECONDS, MIN_NANOSECOND_STEP = 1e17, 5e6
 MAX_FAST, MIN_FAST_STEP, MIN_FAST_DURATION = 1e14, 5e5, 1e10
 # Seconds from the start of ticks of 100 ns to 1970: none, 1601 (Windows), the year 1 (.NET).

@@ -19,7 +19,7 @@ from tests.files import write_stamped
 CASES = Path(__file__).resolve().parents[4] / "shared" / "cases"
 KINDS = {"inverted", "inverted rotations", "inverted positions", "quaternions", "mirrored"}
 KINDS |= {"frame", "clock"}
-KINDS |= {"increments", "units"}
+KINDS |= {"increments", "units", "vertical"}
 
 
 @pytest.fixture
@@ -1274,3 +1274,27 @@ def test_poses_that_are_counted_beside_stamps_since_1970_are_refused_as_such(sid
     name = ("the reference", "the estimate")[side]
     with pytest.raises(ValueError, match=f"time stamps of {name} seem to count its poses"):
         hints(*counted(1.7e9 + np.arange(600) / 10, side, 550))
+
+
+NED = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]])  # and back
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_file_with_z_down_is_named_where_the_alignment_keeps_the_vertical_axis(side):
+    times, truth = winding(np.random.default_rng(5))
+    pair = [truth, truth.copy()]
+    pair[side] = NED @ pair[side]
+    reference, estimate = (Trajectory(times, poses) for poses in pair)
+    (hint,) = hints(reference, estimate, alignment="yaw")
+    assert "the vertical axis of the estimate seems to be -z, that of the reference z" in hint.text
+    assert hints(reference, estimate, alignment="rigid") == []
+
+
+def test_two_files_with_y_up_have_their_option():
+    times, truth = winding(np.random.default_rng(5))
+    turn = np.eye(4)
+    turn[:3, :3] = Rotation.from_euler("y", 70, degrees=True).as_matrix()
+    pair = Trajectory(times, truth), Trajectory(times, turn @ truth)
+    (hint,) = hints(*pair, alignment="yaw")
+    assert hint.remedy == "--up y names it"
+    assert hints(*pair, alignment="yaw", up="y") == []
