@@ -448,6 +448,9 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     within = MAX_SHIFT * np.ptp(estimate.keys) / span if are_rows else np.inf
     clock = find_clock(*paths, within=within)
     if clock is None or not clock.certain:
+        first = int(reference.keys[0] - estimate.keys[0])
+        if first:  # no other shift than to the same first frame is likely; the score decides
+            yield _of_shift(state, files, first, "the first frames are the same", min_t=np.inf)
         return
     shift = clock.seconds * span
     low, high = shift - 2 * clock.error * span, shift + 2 * clock.error * span
@@ -457,16 +460,23 @@ def _shifts(state: _State, files: Files) -> Iterator[_Remedy]:
     if are_rows and not state.scored:  # their number differs: some are missing at the ends
         missing = len(reference.keys) - len(estimate.keys)
         shifts = range(max(shifts.start, min(missing, 0)), min(shifts.stop, max(missing, 0) + 1))
+    min_t = MIN_T if clock.motions == "speeds" else 0.0
     for frames in sorted({*shifts} - {0}, key=lambda n: abs(n - shift)):
-        yield _Remedy(
-            "clock",
-            f"its frames are off by {abs(frames)} against those of {files.reference}: motions fit "
-            f"best if its frame 0 is frame {frames}",
-            "write the number of its frame before each pose",
-            reference,
-            estimate._replace(keys=estimate.keys + frames),
-            min_t=MIN_T if clock.motions == "speeds" else 0.0,
-        )
+        yield _of_shift(state, files, frames, "motions fit best", min_t)
+
+
+def _of_shift(state: _State, files: Files, frames: int, why: str, min_t: float) -> _Remedy:
+    """Return the remedy that adds so many frames to the numbers of the estimate."""
+    estimate = state.estimate
+    return _Remedy(
+        "clock",
+        f"its frames are off by {abs(frames)} against those of {files.reference}: {why} if its "
+        f"frame 0 is frame {frames}",
+        "write the number of its frame before each pose",
+        state.reference,
+        estimate._replace(keys=estimate.keys + frames),
+        min_t=min_t,
+    )
 
 
 def _counters(state: _State, files: Files) -> Iterator[_Remedy]:
@@ -487,7 +497,9 @@ def _counters(state: _State, files: Files) -> Iterator[_Remedy]:
     counted, other = (reference, estimate) if counts[REF] else (estimate, reference)
     stamps, n = np.sort(other.keys), len(counted.keys)
     step = np.median(np.diff(stamps)) if len(stamps) > 1 else 0
-    for keys in ([stamps] if len(stamps) == n else []) + [stamps[0] + step * np.arange(n)]:
+    same = [stamps] if len(stamps) == n else []
+    evenly = [stamps[0] + step * np.arange(n)] if step != 1 else []
+    for keys in same + evenly:
         keys = keys.astype(stamps.dtype)
         changed = {REF: reference, EST: estimate, side: counted._replace(keys=keys)}
         what = "time stamps" if stamps.dtype.kind == "f" else "numbers"
