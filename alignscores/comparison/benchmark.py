@@ -21,7 +21,9 @@ FIELDS = ("sequence", "system", "run")
 # Keys of a YAML file, of an entry of `sequences`, and of an entry of `systems`.
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
 SEQUENCE_KEYS = ("format", "t_offset", "t_start", "t_end", "frames", "unit")
-SYSTEM_KEYS = ("est_format", "runs", "invert", "t_offset")
+SYSTEM_KEYS = (
+    *("est_format", "est_columns", "runs", "invert", "body_rotation", "lever_arm", "t_offset"),
+)
 
 FilePath = str | Path
 Estimates = Sequence[FilePath] | Mapping[str, FilePath | Sequence[FilePath]]

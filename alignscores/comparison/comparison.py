@@ -23,6 +23,7 @@ from ..io import FAILURES, FileError, read_stamps, recognise
 from ..metrics import SCORES, metric
 from ..texts import alike, first_few, printable
 from ..version import __version__
+from .advice import advise_systems
 from .benchmark import Benchmark, Estimates, Run, from_files, from_patterns, read_yaml
 from .patterns import BenchmarkError, Pattern
 from .runs import Errors, Progress, Task, check_file, forget_references, reference_of, score_runs
@@ -147,7 +148,8 @@ class Comparison:
     @property
     def failed(self) -> list[str]:
         """Why runs failed, or that they are missing; each of them counts as a failure."""
-        rows = self.runs[self.runs["status"].isin(["failed", "missing"])]
+        runs = advise_systems(self.runs)
+        rows = runs[runs["status"].isin(["failed", "missing"])]
         return [
             row["error"] or "{sequence}, {system}, run {run}: has no ".format(**row) + self.by
             for row in records(rows)
@@ -405,7 +407,10 @@ def _tasks(
     checked_systems: set[str] = set()  # the first run of a system shows what is mixed up in all
     for run in benchmark.runs:
         if run.sequence == sequence:
-            run_settings = replace(settings, **benchmark.system_options.get(run.system, {}))
+            system_options = benchmark.system_options.get(run.system, {})
+            if "invert" in system_options:  # which may be false, whatever the option says
+                system_options = {**system_options, "est_invert": system_options["invert"]}
+            run_settings = replace(settings, **system_options)
             check = bool(run.file) and run.system not in checked_systems
             tasks.append(Task(run, file, run_settings, cache, check))
             checked_systems |= {run.system} if run.file else set()

@@ -9,6 +9,7 @@ import pandas as pd
 import scipy
 
 from ..texts import alike, first_few, groups_alike
+from .advice import advise_systems
 from .runs import SEPARATOR
 from .statistics import LEVEL, MIN_RUNS
 from .summary import DEPENDENT, PAIRED, SINGLE, Design, best_means, common_sequences, records
@@ -221,7 +222,7 @@ def notes_on_runs(runs: pd.DataFrame, by: str, design: Design) -> list[str]:
             f"runs of the same name are good or bad together over the sequences ({p_text(p)}), as "
             "if they shared a build or a night: --runs dependent counts each as one value"
         )
-    for _, group in runs.groupby("system", sort=False):
+    for _, group in advise_systems(runs).groupby("system", sort=False):
         lines += alike(texts_by_run(group, "notes"))
         n_sequences = group["sequence"].nunique()
         if len(group) == n_sequences:

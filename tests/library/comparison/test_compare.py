@@ -6,8 +6,10 @@ import re
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from alignscores import compare as library_compare
+from tests.files import write_stamped
 
 SYSTEMS = {  # sigma_t, sigma_r in degrees, every so many frames, share lost at the end
     "best": (0.1, 1.0, 1, 0.0),
@@ -104,6 +106,39 @@ def test_hints_count_first_runs_the_only_checked_ones(benchmark_of, compare, tmp
     assert note.startswith("car, a, run 0: its clock is off")
     assert note.endswith(" (in the first run of 1 of 2 sequences; further runs are not checked)")
     assert [bool(run["hints"]) for run in compared["runs"]] == [True, False, False, False]
+
+
+def test_advice_for_one_system_is_its_entry_in_a_yaml_file(benchmark_of, compare, tmp_path):
+    """An option would spoil the other systems, unless all of them need it."""
+    patterns = benchmark_of({**SYSTEM, "b": (0.2, 1.0, 1, 0.0)}, ["car"], runs=1)
+
+    def hints(*arguments):
+        return [note for note in compare(*arguments)["notes"] if "world-to-camera" in note]
+
+    _invert(tmp_path / "car/a/0.txt")
+    (note,) = hints(*patterns)
+    assert note.endswith("; systems: a: {invert: true} in a YAML file corrects it")
+    keys = zip(("format", "reference", "estimate"), map(repr, patterns), strict=True)
+    lines = [*(f"{key}: {value}" for key, value in keys), "systems: {a: {invert: true}}"]
+    (tmp_path / "one.yaml").write_text("\n".join(lines))
+    compared = compare("one.yaml")
+    assert min(run["PAS"] for run in compared["runs"]) > 0.5
+    # The option is for all; an entry takes it back.
+    (note,) = (note for note in compare(*patterns, "--est_invert")["notes"] if "invert" in note)
+    assert "; write systems: b: {invert: false} in a YAML file" in note
+    lines[-1] = "systems: {b: {invert: false}}"
+    (tmp_path / "other.yaml").write_text("\n".join(lines))
+    assert compare("other.yaml", "--est_invert")["summary"] == compared["summary"]
+    _invert(tmp_path / "car/b/0.txt")
+    assert [note.endswith("; --est_invert corrects it") for note in hints(*patterns)] == [True] * 2
+
+
+def _invert(file):
+    """Write the inverse poses of a file in its place."""
+    rows = np.loadtxt(file)
+    poses = np.tile(np.eye(4), (len(rows), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = Rotation.from_quat(rows[:, 4:]).as_matrix(), rows[:, 1:4]
+    write_stamped(file, rows[:, 0], np.linalg.inv(poses))
 
 
 def test_wrong_files_are_a_line_each_and_the_rest_is_compared(
