@@ -67,9 +67,9 @@ def explain(
     evaluation: Evaluation, hints: Sequence[Note] = (), *, check: bool = True
 ) -> list[Note]:
     """Return the notes on scores, with the hints on mistakes; with `check` those on low scores."""
-    functions = [unmatched]
+    functions = [unmatched, duplicates]
     if evaluation.matches.timed:
-        functions += [left_out_frames, duplicates, few_poses, chance]
+        functions += [left_out_frames, few_poses, chance]
     functions += [ignored, frozen, lever_arm, indistinguishable, body_rotation, alignments]
     if check and not hints:  # which may explain it
         functions.append(small_unit)
@@ -142,10 +142,22 @@ def left_out_frames(evaluation: Evaluation) -> Note | None:
 
 
 def duplicates(evaluation: Evaluation) -> Note | None:
-    """Note poses with the stamp of another one, from 1 to 10 %; beyond that they are refused."""
-    duplicate, n = evaluation.matches.duplicate, len(evaluation.estimate.keys)
-    text = f"{duplicate} of {n} poses have the time stamp of another one; left out"
-    return Note("duplicates", text) if duplicate > n / 100 else None
+    """Note poses with the key of another one if they differ from it, or are more than 1 %.
+
+    Readers of files note those without time stamps. From 10 % on they are refused.
+    """
+    if evaluation.file and not evaluation.matches.timed:
+        return None
+    keys, poses = evaluation.read
+    present = np.isfinite(poses[:, :3]).any(axis=(1, 2))
+    keys, poses = keys[present], poses[present]
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    same = (poses == poses[first][inverse]) | np.isnan(poses)
+    n, n_differ = len(keys) - len(first), int((~same.all(axis=(1, 2))).sum())
+    what = "time stamp" if evaluation.matches.timed else "key"
+    differ = f", {n_differ} with another pose" if n_differ else ""
+    text = f"{n} of {len(keys)} poses have the {what} of another one{differ}; the first one counts"
+    return Note("duplicates", text) if n_differ or n > len(keys) / 100 else None
 
 
 def few_poses(evaluation: Evaluation) -> Note | None:

@@ -100,8 +100,13 @@ def repeated(n):
 def test_duplicates_are_noted_or_refused():
     assert notes(TRUTH, repeated(3)) == []
     assert notes(TRUTH, repeated(20)) == [
-        "20 of 420 poses have the time stamp of another one; left out"
+        "20 of 420 poses have the time stamp of another one; the first one counts"
     ]
+    other = repeated(3)
+    other.poses[1, :3, 3] += 1  # of the first stamp
+    for estimate in (other, Trajectory(other.keys[::-1], other.poses[::-1])):
+        (note,) = (note for note in notes(TRUTH, estimate) if "in order" not in note)
+        assert note.startswith("3 of 403 poses have the time stamp of another one, 1 with another")
     message = (
         "^100 of 500 poses of the estimate have the time stamp of another one; write stamps with "
         "all their digits, and each pose once$"
