@@ -163,7 +163,7 @@ def notes_on_matching(
     if outcome.chord:
         text = (
             "the reference is too sparse to be interpolated: straight lines between its poses are "
-            f"off by {outcome.chord:.1%} of d; poses are compared at its own stamps"
+            f"off by about {outcome.chord:.1%} of d; poses are compared at its own stamps"
         )
         remedy = _by_interpolation(outcome, reference, estimate, settings, groups)
         notes.append(Note("sparse", text, remedy))

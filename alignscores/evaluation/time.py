@@ -117,17 +117,27 @@ def _between(first: Floats, second: Floats, share: Floats) -> Floats:
 def chord_error(reference: Trajectory, gap: float) -> float:
     """Return the RMS distance of straight lines between reference poses from the true path.
 
-    Each pose is left out in turn and interpolated between its neighbours. Their lines are twice as
-    long as those between poses, and four times as far off.
+    Lines over two and over four steps are off from the poses between them. Over one step they are
+    less so by the same factor again: a quarter on a smooth path, more where it turns to and fro
+    between two poses.
     """
-    stamps, positions = reference.keys, reference.poses[:, :3, 3]
-    inside = np.flatnonzero(stamps[2:] - stamps[:-2] <= 2 * gap) + 1
-    if len(inside) == 0:
+    over_two, over_four = (_error_of_lines(reference, n, n * gap) for n in (2, 4))
+    if not over_two > 0:
         return 0.0
-    first, last = inside - 1, inside + 1
+    factor = 1 / 4 if np.isnan(over_four) else over_two / max(over_two, over_four)
+    return factor * over_two
+
+
+def _error_of_lines(reference: Trajectory, n_steps: int, longest: float) -> float:
+    """Return the RMS distance of poses from lines over so many steps; NaN if all are too long."""
+    stamps, positions = reference.keys, reference.poses[:, :3, 3]
+    first = np.flatnonzero(stamps[n_steps:] - stamps[:-n_steps] <= longest)
+    if len(first) == 0:
+        return np.nan
+    inside, last = first + n_steps // 2, first + n_steps
     share = (stamps[inside] - stamps[first]) / (stamps[last] - stamps[first])
     line = positions[first] + share[:, None] * (positions[last] - positions[first])
-    return float(np.sqrt(np.mean(((positions[inside] - line) ** 2).sum(axis=1)))) / 4
+    return float(np.sqrt(np.mean(((positions[inside] - line) ** 2).sum(axis=1))))
 
 
 def poses_at(stamps: Floats, estimate: Trajectory, *, near: float, t_max_diff: float) -> Trajectory:

@@ -295,3 +295,16 @@ def test_seconds_that_the_recording_has_not(name):
     assert evaluate(TRUTH, late, t_offset=1.7e9).pas == 1.0
     short = TRUTH._replace(keys=TRUTH.keys[:12], poses=TRUTH.poses[:12])
     assert evaluate(short, short).pas == 1.0  # of 1.1 s; the default gap is 2 s
+
+
+@pytest.mark.parametrize("step", [2, 5])
+def test_poses_are_compared_at_the_stamps_of_a_reference_that_weaves_between_them(step):
+    """The longer the steps, the longer is d; straight lines are off by less of it."""
+    truth = winding_path()
+    truth.poses[:, 0, 3], truth.poses[:, 1, 3] = 8 * truth.keys, 2 * np.sin(truth.keys / 1.5)
+    truth.poses[:, 2, 3] = 0
+    reference = of_rows(truth, slice(None, None, step * RATE))
+    evaluation = evaluate(reference, truth, alignment="rigid")
+    assert evaluation.ate < 1e-6
+    (note,) = (note for note in evaluation.notes if note.kind == "sparse")
+    assert note.text.startswith("the reference is too sparse to be interpolated: straight lines")
