@@ -260,7 +260,8 @@ def low_score(evaluation: Evaluation) -> Note | None:
         return None
     tas, ras, matches = evaluation.result.tas, evaluation.result.ras, evaluation.matches
     far = np.isfinite(tas.errors) & (tas.errors >= tas.unit)
-    rotated = np.isfinite(ras.errors) & (ras.errors >= ras.thresholds[-1])
+    angles = ras.errors[np.isfinite(ras.errors)]  # of cameras that were estimated
+    rotated = np.mean(angles >= ras.thresholds[-1]) if len(angles) else 0.0
     reasons = []
     if evaluation.lost > NOTABLE_SHARE:
         of = "time" if matches.timed else "frames"
@@ -268,9 +269,9 @@ def low_score(evaluation: Evaluation) -> Note | None:
     if np.mean(far) > NOTABLE_SHARE:
         where = _stretch(matches.keys - evaluation.reference.keys[0], far) if matches.timed else ""
         reasons.append(f"{np.mean(far):.0%} of the frames further off than d{where}")
-    bad = f"{np.mean(rotated):.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
-    if np.isfinite(ras.errors).any():
-        reasons.append(bad if np.mean(rotated) > NOTABLE_SHARE else "rotations fine")
+    bad = f"{rotated:.0%} of the rotations off by more than {ras.thresholds[-1]:g} degrees"
+    if len(angles):
+        reasons.append(bad if rotated > NOTABLE_SHARE else "rotations fine")
     return Note("low", f"{name} {score:.2f}: {', '.join(reasons)}") if reasons else None
 
 

@@ -226,6 +226,10 @@ def test_why_a_score_is_low():
     assert low(TRUTH) == []
     half = without(lambda times: (times > 5) & (times < 30))
     assert low(half) == ["PAS 0.43: 57% of the time lost, rotations fine"]
+    start = without(lambda times: times >= 2)
+    start.poses[:, :3, :3] = Rotation.random(len(start.keys), rng=0).as_matrix()
+    (note,) = low(start)
+    assert re.search(r"lost, \d\d+% of the rotations off by more than 10 degrees$", note)
     poses, stretch = TRUTH.poses.copy(), (TRUTH.keys > 10) & (TRUTH.keys < 22)
     poses[stretch, :3, 3] += np.random.default_rng(0).normal(0, 9, (stretch.sum(), 3))
     turns = Rotation.random(len(TRUTH.keys), rng=1).as_matrix()
