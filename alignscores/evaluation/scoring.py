@@ -1,6 +1,7 @@
 """`evaluate`: one estimate against its reference, from the files to the notes."""
 
 import math
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Floats, Indices
-from ..io import FilePath, Trajectory
+from ..io import FileError, FilePath, Trajectory
 from ..metrics import SCORES, Metric, metric
 from ..similarity import least_squares_rmse
 from ..texts import printable, unique_names
@@ -21,7 +22,7 @@ from ..validation import finite_rows
 from .compared import half_distance_of, match_and_score, notes_on_matching, tas_of_other_seeds
 from .evaluation import FAILED, Evaluation, Model, Note, finite_or_none
 from .hints import Files, Scored, look, rescue
-from .match import Matches
+from .match import Matches, check_reference
 from .models import ModelPoses, in_order, poses_of_models, read_models
 from .notes import collected_warnings, explain, reference_notes
 from .reading import (
@@ -247,7 +248,10 @@ def _score_trajectory(
             remedy = check and rescue(
                 reference, poses, settings, attempt, files, has_rotations=has_rotations
             )
-            raise ValueError(f"{error}; {remedy}" if remedy else str(error)) from None
+            reason = f"{error}; {remedy}" if remedy else str(error)
+            if files.ref_path and not _is_scorable(reference, settings, groups):
+                raise FileError(files.ref_path, reason) from None
+            raise ValueError(reason) from None
         half_distance = half_distance_of(outcome.matches, settings)
         other_seeds = tas_of_other_seeds(outcome.matches, settings)
     if not failed:
@@ -289,6 +293,15 @@ def _score_trajectory(
     notes += explain(evaluation, hints, check=check)
     notes += without_value
     return evaluation
+
+
+def _is_scorable(reference: Trajectory, settings: Settings, groups: Indices | None) -> bool:
+    """Return whether a reference could be scored as an estimate; otherwise it is at fault."""
+    with suppress(ValueError), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        check_reference(reference, settings, groups)
+        return True
+    return False
 
 
 def _constant(

@@ -110,6 +110,14 @@ CASES = {  # "format file what": its edit, the message
         lambda lines: [f"1700000000 {i} 2 3 0 0 0 1" for i in range(9)],
         "bad, line 2: 8 of 9 poses have the time stamp of another one, such as 17",
     ),
+    "tum reference stands still": (  # rotations differ
+        lambda lines: [re.sub(r"^(\S+)( \S+){3} ", r"\1 1 2 3 ", row) for row in lines[1:]],
+        "error: [^ ]*bad: the reference stands still: all of its 40 poses have one position",
+    ),
+    "tum reference a pose far away": (
+        field(5, 1, "1e300"),
+        "error: [^ ]*bad: d cannot be derived: the reference's pose at 1700000000.3",
+    ),
     "kitti estimate a line less": (
         lambda lines: lines[:-1],
         r"bad: the reference has 40 poses, the estimate 39, .* or a row of nan for each frame",
