@@ -82,7 +82,7 @@ def match_and_score(
     poses = estimate._replace(keys=estimate.keys + t_offset) if timed else estimate
     poses, how, chord = with_stamps_of_sparse(reference, poses, settings, groups)
     matches = replace(match(reference, poses, how, groups), has_rotations=has_rotations)
-    check_scorable(reference, poses, matches, settings)
+    check_scorable(reference, poses, matches, settings, len(estimate.keys))
     poses, lever_arm, body_rotation = _corrected(poses, matches, settings)
     matches = replace(matches, est_poses=poses_of_rows(poses, matches.est_rows))
     result = _scores(matches, settings)

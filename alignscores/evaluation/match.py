@@ -121,11 +121,14 @@ def match(
 
 
 def check_scorable(
-    reference: Trajectory, estimate: Trajectory, matches: Matches, settings: Settings
+    reference: Trajectory, estimate: Trajectory, matches: Matches, settings: Settings, n: int
 ) -> None:
-    """Raise a ValueError that says what to do where poses are too few, or d is undefined."""
-    n_poses, n = matches.n_poses, len(estimate.keys)
-    share = 1 - matches.unmatched / max(n - matches.duplicate, 1)
+    """Raise a ValueError that says what to do where poses are too few, or d is undefined.
+
+    The file of the estimate has n poses, those between the stamps of a sparse reference, too.
+    """
+    n_poses = matches.n_poses
+    share = 1 - matches.unmatched / max(len(estimate.keys) - matches.duplicate, 1)
     covered = matches.matched / len(matches.expected_rows)
     too_few_poses = n_poses < min(MIN_POSES, len(matches.expected_rows))
     # Poses may be closer together than frames, not than the reference.
@@ -186,7 +189,8 @@ def check_reference(
 ) -> None:
     """Raise a ValueError where not even the reference itself could be scored as an estimate."""
     poses = reference.with_rotations()
-    check_scorable(poses, poses, match(poses, poses, settings, groups), settings)
+    matches = match(poses, poses, settings, groups)
+    check_scorable(poses, poses, matches, settings, len(poses.keys))
 
 
 def with_stamps_of_sparse(

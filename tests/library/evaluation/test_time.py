@@ -308,3 +308,11 @@ def test_poses_are_compared_at_the_stamps_of_a_reference_that_weaves_between_the
     assert evaluation.ate < 1e-6
     (note,) = (note for note in evaluation.notes if note.kind == "sparse")
     assert note.text.startswith("the reference is too sparse to be interpolated: straight lines")
+
+
+def test_a_refusal_counts_the_poses_of_the_file():
+    """Of a sparse reference only those at its stamps are compared."""
+    reference = of_rows(TRUTH, slice(None, None, 2 * RATE))
+    estimate = Trajectory(np.arange(400) / 1e4 + 4, TRUTH.poses[:400])
+    with pytest.raises(ValueError, match=r"^only 1 of 400 poses could be matched"):
+        evaluate(reference, estimate)
