@@ -6,10 +6,8 @@ import pandas as pd
 
 __all__ = ["advise_systems"]
 
-OPTION = (
-    "--(?:est_invert|(?:est_format|est_columns|body_rotation|lever_arm|t_offset)"
-    r" (?:'[^']*'|[\w.,-]*\w))"
-)
+VALUE = r"(?:auto|-?\d+\.\d+)"
+OPTION = rf"--(?:est_invert|est_columns '[^']*'|(?:body_rotation|lever_arm|t_offset) {VALUE})"
 ADVICE = re.compile(f"(leave out )?({OPTION}(?: {OPTION})*)")
 COLUMNS = ["notes", "hints", "error"]
 

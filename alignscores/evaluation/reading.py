@@ -179,7 +179,11 @@ def _read(path: FilePath, settings: Settings, side: str) -> Trajectory:
     file_format = settings.file_format if side == "ref" else settings.est_file_format
     side_columns: str | None = getattr(settings, f"{side}_columns")
     if side_columns and not file_format.tables:
-        raise FileError(path, f"is not a text table: --{side}_columns does not apply")
+        remedy = "name its format with --est_format" if side == "est" else "leave it out"
+        raise FileError(
+            path,
+            f"is not a text table but read as {name}: --{side}_columns does not apply; {remedy}",
+        )
     columns = _columns(settings, side)
     try:
         with _columns_named_for(side):

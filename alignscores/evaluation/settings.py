@@ -91,7 +91,8 @@ class Settings:
         needs="tables",
     )
     ref_columns: str | None = _file(None, "the same, only for the reference", needs="tables")
-    est_columns: str | None = _file(None, "the same, only for the estimates", needs="tables")
+    # An estimate that is no table is refused where it is read: each has its own format.
+    est_columns: str | None = _file(None, "the same, only for the estimates")
     model: str | None = _file(
         None,
         "model of an estimate that has several, such as 0 of sparse/0 and sparse/1 "

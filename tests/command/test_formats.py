@@ -1,6 +1,7 @@
 """The same scene in every format."""
 
 import json
+import shlex
 
 import numpy as np
 import pytest
@@ -85,3 +86,18 @@ def test_a_folder_of_models_is_no_reference(run, models):
     code, _, err = run("colmap", folder, "colmap/estimate")
     assert code == 1
     assert err.endswith(f"sparse: holds 2 models; name one, such as {folder / '0'}\n")
+
+
+def test_the_columns_that_a_refusal_names_are_read(run, examples, write):
+    """The format of the estimate is its own, whatever that of the reference."""
+    rows = (examples / "colmap/reference/images.txt").read_text().splitlines()
+    rows = [row.replace(" ", ",") for row in rows if row.endswith(".png")]
+    table = write(["image_id,qw,qx,qy,qz,tx,ty,tz,camera_id,name", *rows], "est.csv")
+    code, _, err = run("colmap/reference", table)
+    assert code == 1
+    options = shlex.split(err.partition("as in ")[2])
+    assert options[:2] == ["--est_invert", "--est_columns"]
+    code, out, _ = run("colmap/reference", table, *options)
+    assert (code, out.splitlines()[1].split()[1:4]) == (0, ["1.000"] * 3)
+    message = "est.csv: is not a text table but read as colmap: --est_columns does not apply; name"
+    assert message in run("colmap", "colmap/reference", table, *options)[2]
