@@ -126,10 +126,13 @@ class Parser(argparse.ArgumentParser):
 
 
 def _with_negative_values(arguments: Sequence[str]) -> list[str]:
-    """Join an option with a value such as -50ms or -1,0,2, which argparse takes for an option."""
+    """Join an option with a value such as -50ms, -1,0,2 or -y, which argparse takes for options."""
     joined: list[str] = []
     for argument in arguments:
-        if re.match(r"-\.?\d", argument) and joined and re.fullmatch(r"--\w+", joined[-1]):
+        option = joined[-1] if joined else ""
+        is_choice = argument in ABOUT.get(option.removeprefix("--"), {}).get("choices", ())
+        is_value = re.match(r"-\.?\d", argument) or (is_choice and argument.startswith("-"))
+        if is_value and re.fullmatch(r"--\w+", option):
             joined[-1] += f"={argument}"
         else:
             joined.append(argument)

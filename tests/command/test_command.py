@@ -30,6 +30,8 @@ WRONG = [
     ([*TUM, "--align", "rigid"], "-a and --align take no value; write --alignment rigid; see"),
     ([*TUM, "--t_offset", "-50ms"], "t_offset must be a finite number or auto, not '-50ms'"),
     ([*TUM, "--lever_arm", "-1,2"], "lever_arm must be X,Y,Z, each a finite number or auto, not"),
+    ([*TUM, "--up", "-y"], "up is used only by alignment=yaw: set that, too, or leave up out"),
+    ([*TUM, "--up", "-p"], "argument --up: expected one argument"),
     ([*TUM, "--by", "PAS"], "--by belongs to `alignscores compare`; see"),
     ([*TUM, "--fail-on", "PAS<1"], "unknown option --fail-on; did you mean --fail_on?"),
     ([*TUM, "--markdown", "-", "--csv"], "--markdown - and --csv both print"),
