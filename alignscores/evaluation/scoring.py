@@ -238,6 +238,8 @@ def _score_trajectory(
     notes += constant
     reference, poses = reference.with_rotations(), poses.with_rotations()
 
+    again = _without_pipes(files)
+
     def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
         return match_and_score(ref, est, tried, has_rotations, groups).scored
 
@@ -246,7 +248,7 @@ def _score_trajectory(
             outcome = match_and_score(reference, poses, settings, has_rotations, groups)
         except ValueError as error:
             remedy = check and rescue(
-                reference, poses, settings, attempt, files, has_rotations=has_rotations
+                reference, poses, settings, attempt, again, has_rotations=has_rotations
             )
             reason = f"{error}; {remedy}" if remedy else str(error)
             if files.ref_path and not _is_scorable(reference, settings, groups):
@@ -287,12 +289,19 @@ def _score_trajectory(
             settings,
             outcome.scored,
             attempt,
-            files,
+            again,
             has_rotations=has_rotations,
         )
     notes += explain(evaluation, hints, check=check)
     notes += without_value
     return evaluation
+
+
+def _without_pipes(files: Files) -> Files:
+    """Return files without the paths of pipes, which cannot be read again."""
+    paths = files.ref_path, files.est_path
+    ref_path, est_path = ("" if Path(path).is_fifo() else path for path in paths)
+    return replace(files, ref_path=ref_path, est_path=est_path)
 
 
 def _is_scorable(reference: Trajectory, settings: Settings, groups: Indices | None) -> bool:

@@ -3,9 +3,12 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
+
+from alignscores import files
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="redirections of a POSIX shell")
 
@@ -59,6 +62,16 @@ def test_streams_are_closed(shell, run, arguments):
 def test_nobody_reads_stdout(shell, arguments):
     done = shell(arguments, "| true; exit ${PIPESTATUS[0]}")
     assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_a_named_pipe_is_read_once(shell, run, tmp_path):
+    """Nobody writes to it again."""
+    pipe = tmp_path / "estimate.txt"
+    os.mkfifo(pipe)
+    started = time.monotonic()
+    done = shell(f"tum tum/reference.txt {pipe}", f"< <(cat tum/estimate.txt > {pipe})")
+    assert (done.returncode, done.stdout) == (0, run(*TUM.split())[1])
+    assert time.monotonic() - started < files.MAX_SILENCE
 
 
 def test_there_is_no_home(process):
