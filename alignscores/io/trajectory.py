@@ -135,8 +135,13 @@ def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
     have = "pose has" if n_duplicates == 1 else "poses have"
     reason = f"{n_duplicates} of {n} {have} the {what} of another one, such as {example}"
     if n_duplicates >= MAX_DUPLICATES * n:
-        digits = "stamps with all their digits, and " if what == "time stamp" else ""
-        raise source.error(row, f"{reason}; write {digits}each pose once")
+        remedy = "write each pose once"
+        if what == "time stamp":
+            remedy = "write stamps with all their digits, and each pose once"
+            if row and keys[row] < keys[row - 1]:
+                jump = keys[row - 1] - keys[row]
+                remedy = f"stamps jump back by {jump:.6g} s here; write a file for each run"
+        raise source.error(row, f"{reason}; {remedy}")
     if what != "time stamp":  # where poses are matched by time, there is a note on them
         warn(f"{source.path}, {source.place_of_row(row)}", f"{reason}; the first one is used")
     return Trajectory(keys, poses)
@@ -311,10 +316,18 @@ def in_seconds(stamps: Floats, path: FilePath, usual: str = "s") -> Floats:
 
 
 def refuse_counters(stamps: Floats, source: Source) -> None:
-    """Raise an error for stamps that count by one, but are as large as if in us or ns."""
+    """Raise an error for keys of poses in place of times, by their size or their steps.
+
+    They are larger than nanoseconds since 1970, such as those of GTSAM, or count by one although
+    they are as large as if in us or ns.
+    """
+    if len(stamps) < 3:
+        return
     is_clock = np.ptp(stamps) > 2 * len(stamps) or time_unit(stamps) in ("s", "ms")
-    if len(stamps) > 2 and not is_clock:
-        reason = f"the time stamps count by one, from {stamps.min():.0f} on"
+    is_large = float(np.median(np.abs(stamps))) > TODAY[1] * TIME_UNITS["ns"]
+    if is_large or not is_clock:
+        what = "are larger than those of any clock" if is_large else "count by one"
+        reason = f"the time stamps {what}, from {stamps.min():.0f} on"
         remedy = "write the time of each pose in seconds; no --t_offset can help"
         raise source.error(0, f"{reason}: they are keys of poses, not times of a clock; {remedy}")
 

@@ -118,6 +118,14 @@ CASES = {  # "format file what": its edit, the message
         field(5, 1, "1e300"),
         "error: [^ ]*bad: d cannot be derived: the reference's pose at 1700000000.3",
     ),
+    "tum estimate keys of two robots": (  # which are equal as floating-point numbers
+        lambda lines: [f"{(97 + i % 2 << 56) + i} {i} 2 3 0 0 0 1" for i in range(40)],
+        "bad, line 1: the time stamps are larger than those of any clock, from 69895866216790",
+    ),
+    "tum estimate a second run that begins before the first one ends": (
+        lambda lines: [f"{i} {i} 2 3 0 0 0 1" for i in [*range(30), *range(20, 60)]],
+        "bad, line 31: 10 of 70 .* stamps jump back by 9 s here; write a file for each run",
+    ),
     "kitti estimate a line less": (
         lambda lines: lines[:-1],
         r"bad: the reference has 40 poses, the estimate 39, .* or a row of nan for each frame",
