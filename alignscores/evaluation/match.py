@@ -32,6 +32,7 @@ from .time import (
 
 __all__ = [
     "Matches",
+    "ReferenceFaultError",
     "check_reference",
     "check_scorable",
     "match",
@@ -45,6 +46,10 @@ MAX_CHORD = 0.02  # RMS error of straight lines between reference poses, in unit
 EVO_T_MAX_DIFF = 0.01  # seconds
 MIN_STEP = 1e-4  # seconds; smaller ones are no camera's
 MIN_POSES, MIN_SHARE = 4, 0.05  # with a reference, below which an estimate is refused
+
+
+class ReferenceFaultError(ValueError):
+    """A reference against which no estimate can be scored."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +157,8 @@ def check_scorable(
         remedy = "--unit sets it"
         positions = reference.positions
         if n > 1 and (positions == positions[0]).all():
-            raise ValueError(f"the reference stands still: all of its {n} {what} have one position")
+            text = f"the reference stands still: all of its {n} {what} have one position"
+            raise ReferenceFaultError(text)
         if n < 4:
             verb = "is" if n == 1 else "are"
             reason = f"{n} of the reference's {what} {verb} expected; at least 4 are needed"
@@ -164,7 +170,7 @@ def check_scorable(
             reason = f"at least three quarters of the reference {what} coincide with another one"
             if matches.keys.dtype.kind == "U" and what == "poses":
                 remedy += ", or --rig_frames says which are cameras of one rig"
-        raise ValueError(f"d cannot be derived: {reason}; {remedy}")
+        raise ReferenceFaultError(f"d cannot be derived: {reason}; {remedy}")
 
 
 def _far_pose(reference: Trajectory, rows: Indices) -> str:

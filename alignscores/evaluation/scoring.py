@@ -1,7 +1,6 @@
 """`evaluate`: one estimate against its reference, from the files to the notes."""
 
 import math
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -22,7 +21,7 @@ from ..validation import finite_rows
 from .compared import half_distance_of, match_and_score, notes_on_matching, tas_of_other_seeds
 from .evaluation import FAILED, Evaluation, Model, Note, finite_or_none
 from .hints import Files, Scored, look, rescue
-from .match import Matches, check_reference
+from .match import Matches, ReferenceFaultError
 from .models import ModelPoses, in_order, poses_of_models, read_models
 from .notes import collected_warnings, explain, reference_notes
 from .reading import (
@@ -251,7 +250,7 @@ def _score_trajectory(
                 reference, poses, settings, attempt, again, has_rotations=has_rotations
             )
             reason = f"{error}; {remedy}" if remedy else str(error)
-            if files.ref_path and not _is_scorable(reference, settings, groups):
+            if files.ref_path and isinstance(error, ReferenceFaultError):
                 raise FileError(files.ref_path, reason) from None
             raise ValueError(reason) from None
         half_distance = half_distance_of(outcome.matches, settings)
@@ -302,15 +301,6 @@ def _without_pipes(files: Files) -> Files:
     paths = files.ref_path, files.est_path
     ref_path, est_path = ("" if Path(path).is_fifo() else path for path in paths)
     return replace(files, ref_path=ref_path, est_path=est_path)
-
-
-def _is_scorable(reference: Trajectory, settings: Settings, groups: Indices | None) -> bool:
-    """Return whether a reference could be scored as an estimate; otherwise it is at fault."""
-    with suppress(ValueError), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        check_reference(reference, settings, groups)
-        return True
-    return False
 
 
 def _constant(
