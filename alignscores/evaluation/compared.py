@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats, Indices
+from ..arrays import Booleans, Floats, Indices
 from ..io import Trajectory
 from ..pose import PASResult, pas
 from ..registration import Registration
@@ -24,6 +24,7 @@ from .hints import Scored
 from .lever import LeverArm, find_lever_arm, with_lever_arm
 from .match import Matches, check_scorable, match, no_clock, poses_of_rows, with_stamps_of_sparse
 from .settings import Settings
+from .time import is_near
 
 __all__ = ["Compared", "half_distance_of", "match_and_score", "notes_on_matching", "pcr99"]
 __all__ += ["tas_of_other_seeds"]
@@ -31,6 +32,7 @@ __all__ += ["tas_of_other_seeds"]
 SMALL_OFFSET = 0.02  # seconds; a smaller offset of the clocks must raise the score
 CLEAR_OFFSET = 0.005  # by so much; a larger one must not lower the score by as much
 MIN_GAIN_BY_INTERPOLATION = 0.03  # of the score, between the poses of a sparse reference
+MIN_HELD = 0.01  # share of the frames in which the reference stops, but not the estimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,8 +145,9 @@ def notes_on_matching(
     estimate: Trajectory,
     settings: Settings,
     groups: Indices | None,
+    ref_name: str,
 ) -> list[Note]:
-    """Return notes on the clock that was looked for, and on a reference that is too sparse."""
+    """Return notes on the clock that was looked for, and on a sparse or interrupted reference."""
     notes = []
     if settings.t_offset == "auto" and outcome.matches.timed:
         clock, seconds = outcome.clock, outcome.t_offset
@@ -167,6 +170,8 @@ def notes_on_matching(
         )
         remedy = _by_interpolation(outcome, reference, estimate, settings, groups)
         notes.append(Note("sparse", text, remedy))
+    if held := _of_held(outcome, reference, estimate, settings, groups, ref_name):
+        notes.append(held)
     if n_rig_frames := outcome.matches.n_rig_frames:
         text = f"d counts the cameras of each of {n_rig_frames} rig frames as one, at their mean"
         has_names = outcome.matches.keys.dtype.kind == "U"
@@ -183,22 +188,91 @@ def _by_interpolation(
     groups: Indices | None,
 ) -> str:
     """Return the advice to interpolate a sparse reference, if that raises the score clearly."""
-    has_rotations = outcome.matches.has_rotations
     interpolated = replace(settings, t_offset=outcome.t_offset, sync="interpolate")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            tried = match_and_score(reference, estimate, interpolated, has_rotations, groups)
-    except ValueError:
-        return ""
-    before, after = outcome.scored.score, tried.scored.score
+    before, after = _before_and_after(outcome, reference, estimate, interpolated, groups)
     if not after >= before + MIN_GAIN_BY_INTERPOLATION:
         return ""
-    name = "PAS" if has_rotations else "TAS"
+    name = "PAS" if outcome.matches.has_rotations else "TAS"
     return (
         f"--sync interpolate raises the {name} from {before:.3f} to {after:.3f}; its errors then "
         "include the straight lines"
     )
+
+
+def _of_held(
+    outcome: Compared,
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    groups: Indices | None,
+    ref_name: str,
+) -> Note | None:
+    """Return a note on a reference that holds a pose while it has none, if leaving it out helps."""
+    held = np.flatnonzero(_is_held(outcome, reference))
+    if not len(held):
+        return None
+    others = np.delete(np.arange(len(reference.keys)), held)
+    rest = Trajectory(reference.keys[others], reference.poses[others])
+    tried = replace(settings, t_offset=outcome.t_offset)
+    of_rest = None if groups is None else groups[others]
+    before, after = _before_and_after(outcome, rest, estimate, tried, of_rest)
+    if not after > before:
+        return None
+    name = "PAS" if outcome.matches.has_rotations else "TAS"
+    first, last = reference.keys[held[[0, -1]]].tolist()
+    where = f"{first:.3f} and {last:.3f} s" if outcome.matches.timed else f"{first} and {last}"
+    text = (
+        f"{len(held)} of {len(reference.keys)} poses of {ref_name} repeat the one before between "
+        f"{where}, although the estimate moves by more than d or 10 degrees meanwhile"
+    )
+    remedy = f"without them the {name} is {after:.3f} instead of {before:.3f}: leave these rows out"
+    return Note("held", text, remedy)
+
+
+def _is_held(outcome: Compared, reference: Trajectory) -> Booleans:
+    """Return which rows of a reference have one pose throughout, while the estimate moves away.
+
+    From the rows before them or to those behind them it jumps: by more than d and its usual step,
+    or by 10 degrees. Otherwise it rests, and the estimate drifts. They are more than one percent.
+    """
+    matches, tas_result, poses = outcome.matches, outcome.result.tas, reference.poses
+    nothing = np.zeros(len(poses), dtype=bool)
+    frames = np.flatnonzero(finite_rows(matches.est_poses))
+    if tas_result.alignment is None or not len(frames):
+        return nothing
+    changes = np.append(True, (poses[1:] != poses[:-1]).any(axis=(1, 2)))
+    starts, stretch = np.flatnonzero(changes), np.cumsum(changes) - 1
+    steps = np.linalg.norm(np.diff(reference.positions, axis=0), axis=1)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    jumps = np.append(False, ~is_near(poses[1:], poses[:-1], max(tas_result.unit, usual)))
+    jumps = np.append(jumps[starts], False)
+    may_hold = jumps[:-1] | jumps[1:]
+    est, of_frame = matches.est_poses[frames], stretch[matches.gt_rows[frames]]
+    _, first, inverse = np.unique(of_frame, return_index=True, return_inverse=True)
+    unit = tas_result.unit * tas_result.alignment.scale
+    moved = may_hold[of_frame] & ~is_near(est, est[first][inverse], unit)
+    if np.mean(moved) <= MIN_HELD:
+        return nothing
+    return np.isin(stretch, of_frame[moved])
+
+
+def _before_and_after(
+    outcome: Compared,
+    reference: Trajectory,
+    estimate: Trajectory,
+    settings: Settings,
+    groups: Indices | None,
+) -> tuple[float, float]:
+    """Return the score, and that of other files or settings; NaN where they cannot be scored."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tried = match_and_score(
+                reference, estimate, settings, outcome.matches.has_rotations, groups
+            )
+    except ValueError:
+        return outcome.scored.score, math.nan
+    return outcome.scored.score, tried.scored.score
 
 
 def _corrected(

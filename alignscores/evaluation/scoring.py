@@ -279,7 +279,7 @@ def _score_trajectory(
         notes=notes,
         models=models,
     )
-    notes += notes_on_matching(outcome, reference, poses, settings, groups)
+    notes += notes_on_matching(outcome, reference, poses, settings, groups, files.reference)
     hints = []
     if check:
         hints = look(

@@ -255,3 +255,28 @@ def test_poses_that_repeat_while_the_reference_moves_away():
     still = TRUTH.poses.copy()
     still[100:150] = still[100]  # of both
     assert notes(Trajectory(TRUTH.keys, still), Trajectory(TRUTH.keys, still)) == []
+
+
+@pytest.mark.parametrize("pose", [TRUTH.poses[100], np.eye(4)])
+def test_a_reference_that_repeats_while_the_estimate_moves(pose):
+    """The last pose again and again, or the identity, for five seconds without tracking."""
+    held = TRUTH.poses.copy()
+    held[101:150] = pose
+    reference = Trajectory(TRUTH.keys, held)
+    estimate = TRUTH._replace(poses=TRUTH.poses.copy())
+    estimate.poses[:, :3, 3] *= 0.4
+    (note,) = [note for note in evaluate(reference, estimate).notes if note.kind == "held"]
+    assert re.search(
+        r"of 400 poses of the reference repeat .* between 10.\d00 and 14.900 s", note.text
+    )
+    assert re.search(r"without them the PAS is 1.000 instead of 0.8\d\d: leave these", note.remedy)
+    # An estimate may drift while the reference rests.
+    at_rest = np.where(TRUTH.keys < 10, 0, TRUTH.keys - 10)
+    positions = np.transpose(
+        [5 - 5 * np.cos(at_rest / 3), 5 * np.sin(at_rest / 3) ** 2, 0 * at_rest]
+    )
+    resting = TRUTH._replace(poses=np.tile(np.eye(4), (400, 1, 1)))
+    resting.poses[:, :3, 3] = positions
+    drifting = resting._replace(poses=resting.poses.copy())
+    drifting.poses[:, 2, 3] = np.minimum(TRUTH.keys, 10) / 4
+    assert not [note for note in evaluate(resting, drifting).notes if note.kind == "held"]
