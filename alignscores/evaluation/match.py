@@ -464,10 +464,12 @@ def _partners(ref_keys: NDArray[Any], est_keys: NDArray[Any]) -> Indices:
         first, second = pairs[0]
         warn(f"images are matched by the end of their path: {ref[first]!r} and {est[second]!r}")
     if not pairs:
-        raise ValueError(
-            f"no {'image names' if names else 'frame numbers'} in common: the reference has "
-            f"{ref[0]!r}, the estimate {est[0]!r}, for example"
-        )
+        what, remedy = "frame numbers", "number the frames of both files alike"
+        reason = f"the reference has {ref[0]!r}, the estimate {est[0]!r}, for example"
+        if names:
+            what, remedy = "image names", "name the images of both files alike"
+            reason = _several_alike(ref, est) or reason
+        raise ValueError(f"no {what} in common: {reason}; {remedy}")
     partners = np.full(n, -1)
     rows, partners_of_rows = np.transpose(pairs)
     partners[rows] = partners_of_rows
@@ -481,6 +483,18 @@ def _pairs_by_ending(ref: Sequence[str], est: Sequence[str]) -> list[tuple[int, 
         if pairs := _unique_pairs(*([tuple(path[-length:]) for path in of] for of in paths)):
             return pairs
     return _unique_pairs(*([PurePosixPath(path[-1]).stem for path in of] for of in paths))
+
+
+def _several_alike(ref: Sequence[str], est: Sequence[str]) -> str:
+    """Return a file name that several images of either file have in words, or an empty string."""
+    of_ref, of_est = (
+        Counter(re.split(r"[\\/]", name.casefold())[-1] for name in names) for names in (ref, est)
+    )
+    for whose, counts, others in (("reference", of_ref, of_est), ("estimate", of_est, of_ref)):
+        for name in others:
+            if counts[name] > 1:
+                return f"{counts[name]} images of the {whose} are {name!r}, in different folders"
+    return ""
 
 
 def _unique_pairs(ref_keys: Sequence[Any], est_keys: Sequence[Any]) -> list[tuple[int, int]]:

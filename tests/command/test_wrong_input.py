@@ -144,7 +144,8 @@ CASES = {  # "format file what": its edit, the message
     "nerf estimate no frames": (always("{}"), "bad: is not a transforms.json: it has no list of f"),
     "nerf estimate other images": (
         lambda lines: [re.sub(r"(\d{4})\.png", r"x\1.png", row) for row in lines],
-        "bad: no image names in common: the reference has 'images/0000.png', the estimate 'i",
+        "bad: no image names in common: the reference has 'images/0000.png', the estimate 'i.*'"
+        ", for example; name the images of both files alike$",
     ),
     "colmap estimate no folder": (always(NOTHING), "bad: is not a folder with a COLMAP model"),
     "colmap estimate empty folder": (
