@@ -151,10 +151,10 @@ def read_reference(reference: FilePath | Trajectory, settings: Settings) -> Traj
         gaps = np.diff(truth.keys)
         gap = reference_gap(truth.keys, settings.frames_per_second)
         absent = float(gaps[gaps > gap].sum() / gaps.sum()) if len(gaps) else 0.0
+        what = f"time, in gaps above {gap:.3g} s"
     else:
-        absent = float(1 - np.mean(finite[rows]))
+        absent, what = float(1 - np.mean(finite[rows])), "cameras"
     if absent > 0.01:
-        what = "time" if timed else "cameras"
         warn(f"the reference has no pose for {absent:.1%} of the {what}; nothing is expected there")
     return truth
 
