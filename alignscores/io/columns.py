@@ -16,9 +16,9 @@ x, y, z or w, or ends in one, makes it a coordinate.
 - Number of the frame: one of `NUMBERS`. Name of the image: one of `NAMES`.
 
 One of `OWNERS` tells several positions apart, as in ``gt_x`` and ``est_x``; they are not mixed. A
-header with two positions, rotations or clocks is refused with the choices; so is one whose
-positions have other words, as in ``vicon_x`` and ``slam_x``. One that repeats only some of the
-coordinates, as in ``x y tx ty tz``, is refused, too.
+header with two positions, rotations or clocks is refused with the choices. If there are several
+positions, their owners may have any name, as in ``vicon_x`` and ``slam_x``, ``x`` and ``x_hat``.
+One that repeats only some of the coordinates, as in ``x y tx ty tz``, is refused, too.
 
 A unit among the words, as in ``x [mm]``, or in a line below the names, is one of `UNITS`.
 """
@@ -90,8 +90,14 @@ ORIENTATIONS = {"q", "o", "quat", "quaternion", "orientation", "rot", "rotation"
 VECTORS = {"rvec", "rotvec", "rodrigues"}
 OTHERS = {"v", "vel", "velocity", "speed", "acc", "accel", "acceleration", "gyro", "angular", "w"}
 OTHERS |= {"a", "b", "linear", "twist", "omega", "bias", "force", "gravity", "euler"}
-OTHERS |= {"cov", "covariance", "std", "sigma", "var", "variance", "err", "error", "errors"}
+OTHERS |= {"gyr", "mag", "magnetic", "magnetometer", "rate", "dot", "torque", "rpy", "angle", "axis"}
+OTHERS |= {"cov", "covariance", "std", "stddev", "sd", "sigma", "var", "variance", "uncertainty"}
+OTHERS |= {"err", "error", "errors", "delta", "scale", "size", "normal", "direction", "dir"}
 OTHERS |= {"deg", "degrees"}
+# A word that ends in an axis; and, where an owner may be anyone, one that has it before its name.
+PREFIXES = {"", "r", *POSITIONS, *ORIENTATIONS, *VECTORS, *OWNERS}
+AXIS = re.compile("([a-z]*)([wxyz])()")
+OWNED_AXIS = re.compile(r"([a-z]*?)([wxyz])((?:(?<!w)(?![wxyz])[a-z]+)?)\d*")
 
 # Units of positions in metres, of times in seconds, and those without a factor.
 LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "feet": 0.3048}
@@ -146,7 +152,7 @@ def _of_header(table: Table) -> list[str]:
         parts = _meanings(words)
         _refuse_images(words, table)
         names = _complete(parts)
-        _check_owners(words, names, table)
+        _check_owners(words, table)
         is_comment = line.startswith(COMMENTS)
         # A comment may leave out the last columns.
         if "x" in names and (len(names) == width or (is_comment and len(names) < width)):
@@ -182,13 +188,8 @@ def _refuse_images(words: Sequence[str], table: Table) -> None:
         raise FileError(table.path, f"{reason} {remedy} {columns}")
 
 
-def _check_owners(words: Sequence[str], names: Sequence[str], table: Table) -> None:
-    """Refuse a header with several positions whose owners may be anyone, as of two systems.
-
-    A position without an owner is the one that counts.
-    """
-    if any(name == "x" and not _owner(word) for name, word in zip(names, words, strict=True)):
-        return
+def _check_owners(words: Sequence[str], table: Table) -> None:
+    """Refuse a header with several positions whose owners may be anyone, as of two systems."""
     anyone = _complete(_meanings(words, anyone=True))
     if anyone.count("x") > 1 and len(anyone) <= len(table.first):
         _unambiguous(words, anyone, table, anyone=True)
@@ -197,9 +198,11 @@ def _check_owners(words: Sequence[str], names: Sequence[str], table: Table) -> N
 def _owner(word: str, anyone: bool = False) -> str:
     """Return the words of a name that say whose column it is."""
     words = re.findall("[a-z]+", word)
-    known = {*"wxyz", *POSITIONS, *ORIENTATIONS, *VECTORS, *UNITS}
-    known |= {f"{part}{axis}" for part in (*POSITIONS, *ORIENTATIONS, "r") for axis in "wxyz"}
-    return " ".join(sorted({*words} - known if anyone else OWNERS & {*words}))
+    if not anyone:
+        return " ".join(sorted(OWNERS & {*words}))
+    prefix, _, others = _axis(words, anyone) or ("", "", {*words})
+    known = {"", "r", *"wxyz", *POSITIONS, *ORIENTATIONS, *VECTORS, *UNITS}
+    return " ".join(sorted({prefix, *others} - known))
 
 
 def _words(header: str) -> list[str]:
@@ -390,13 +393,11 @@ def _what(text: str, anyone: bool = False) -> str:
         words.pop()
     if not words:
         return "-"
-    for word in reversed(words):
-        axis = re.fullmatch("([a-z]*)([wxyz])", word)
-        if axis and axis[1] in {"", "r", *POSITIONS, *ORIENTATIONS, *VECTORS, *OWNERS}:
-            others = {*words} - {word}
-            if words[0] in POSITIONS | ORIENTATIONS:  # p_WS_W_x is a position in W, no rate
-                others -= {*"abvw"}
-            return _coordinate(axis[2], {axis[1]} - {""}, others, anyone)
+    if coordinate := _axis(words, anyone):
+        prefix, axis, others = coordinate
+        if words[0] in POSITIONS | ORIENTATIONS:  # p_WS_W_x is a position in W, no rate
+            others -= {*"abvw"}
+        return _coordinate(axis, {prefix} - {""}, others, anyone)
     last = words[-1]
     unit = re.fullmatch("(|m|milli|u|micro|n|nano)s(ec(ond)?s?)?", last)
     if last == "ticks":
@@ -410,6 +411,15 @@ def _what(text: str, anyone: bool = False) -> str:
     return last if last in ROTATION + LAST_ROW else "-"
 
 
+def _axis(words: Sequence[str], anyone: bool) -> tuple[str, str, set[str]] | None:
+    """Return the letters before the axis in a name, the axis, and the other words."""
+    for pattern, word in product([AXIS, OWNED_AXIS][: 1 + anyone], reversed(words)):
+        match = pattern.fullmatch(word)
+        if match and match[1] in PREFIXES:
+            return match[1], match[2], ({*words} - {word}) | ({match[3]} - {""})
+    return None
+
+
 def _coordinate(axis: str, prefix: set[str], others: set[str], anyone: bool) -> str:
     """Return what a coordinate belongs to, by the letters before its axis or the other words."""
     qualifiers = prefix or others
@@ -421,7 +431,8 @@ def _coordinate(axis: str, prefix: set[str], others: set[str], anyone: bool) -> 
         return f"r{axis}"
     if axis == "w":
         return "-"
-    return axis if anyone or qualifiers & {*POSITIONS, *OWNERS} or not qualifiers else "-"
+    is_owned = anyone and "r" not in qualifiers  # R_x is of a rotation
+    return axis if is_owned or qualifiers & {*POSITIONS, *OWNERS} or not qualifiers else "-"
 
 
 def _complete(names: Sequence[str]) -> list[str]:

@@ -70,7 +70,27 @@ TWO = {  # headers with two poses, and the columns that choose each
         "t - - - x y z",
     ),
     "time,vicon_px,vicon_py,vicon_pz,slam_px,slam_py,slam_pz": ("t x y z - - -", "t - - - x y z"),
+    **{
+        f"t,{first},{second}": ("t x y z - - -", "t - - - x y z")
+        for first, second in (
+            ("x,y,z", "x_hat,y_hat,z_hat"),
+            ("x,y,z", "odom_x,odom_y,odom_z"),
+            ("tx,ty,tz", "tx_kf,ty_kf,tz_kf"),
+            ("x,y,z", "xhat,yhat,zhat"),
+            ("x2,y2,z2", "x,y,z"),
+        )
+    },
 }
+OTHERS = [  # quantities that stand next to a position
+    "vx,vy,vz",
+    "x_dot,y_dot,z_dot",
+    "mag_x,mag_y,mag_z",
+    "R_x,R_y,R_z",
+    "bias_gyro_x,bias_gyro_y,bias_gyro_z",
+    "x_std,y_std,z_std",
+    "pxz,pyz,pzz",
+    "angular_rate_x,angular_rate_y,angular_rate_z",
+]
 
 
 @pytest.mark.parametrize("header", TWO)
@@ -88,6 +108,22 @@ def test_a_header_with_two_poses_is_refused_with_the_choices(write, header):
         assert read_tum(path, columns=choice).positions == pytest.approx(POSITIONS + first)
 
 
+@pytest.mark.parametrize("others", OTHERS)
+def test_a_position_next_to_another_quantity_is_read(write, others):
+    path = write(table(STAMPS, POSITIONS, POSITIONS + 1, by=",", header=f"t,x,y,z,{others}"))
+    with pytest.warns(TrajectoryWarning, match="read t x y z .*, 3 of 7 columns ignored"):
+        same_poses(read_tum(path), rotations=False)
+
+
+def test_the_rotation_of_a_pose_has_its_owner(write):
+    header = "t,x,y,z,qx,qy,qz,qw,x_slam,y_slam,z_slam,qx_slam,qy_slam,qz_slam,qw_slam"
+    pose = POSITIONS, QUATERNIONS
+    path = write(table(STAMPS, *pose, *pose, by=",", header=header))
+    second = "t - - - - - - - x y z qx qy qz qw"
+    with pytest.raises(FileError, match=f"'t x y z qx qy qz qw' or '{second}'"):
+        read_tum(path)
+
+
 def test_two_poses_of_the_same_names_are_not_mixed(write):
     """As pandas writes a merged table, or one with equal names."""
     header = "t,x,y,z,qx,qy,qz,qw,x_1,y_1,z_1,qx_1,qy_1,qz_1,qw_1"
@@ -103,7 +139,7 @@ def test_positions_and_rotations_of_two_owners_are_not_mixed(write):
     """microsoft/AirSim and others: a reference of positions next to an estimate."""
     header = "timestamp,ref_x,ref_y,ref_z,x,y,z,qx,qy,qz,qw"
     path = write(table(STAMPS, POSITIONS + 1, POSITIONS, QUATERNIONS, by=",", header=header))
-    with pytest.raises(FileError, match="'t - - - x y z qx qy qz qw' or 't x y z'"):
+    with pytest.raises(FileError, match="'t x y z' or 't - - - x y z qx qy qz qw'"):
         read_tum(path)
     header = "t,est_x,est_y,est_z,gt_qx,gt_qy,gt_qz,gt_qw"
     with pytest.warns(TrajectoryWarning, match=r"read t x y z \(in.*\), 4 of 8 columns ignored"):
