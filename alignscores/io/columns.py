@@ -31,6 +31,7 @@ from itertools import islice, product
 
 import numpy as np
 
+from ..arrays import Floats
 from ..files import FileError, is_number, to_number
 from .tables import COMMENTS, MISSING, Table
 from .trajectory import MAX_DEVIATION
@@ -64,6 +65,8 @@ OF_NAMES = [
     f"name {FOUR_ROWS}",
 ]
 MAX_HEADER = 10_000  # characters; a longer line names no columns
+MAX_PRINTED = 1e-3  # deviation from a unit quaternion of one with four decimals
+MAX_COSINE = 0.995  # of half of 11 degrees: small velocities next to a constant 1 turn less
 EUROC_STAMP = 1e16  # of w first without a header: whole nanoseconds since 1970
 
 NAME_THEM = (
@@ -90,10 +93,10 @@ ORIENTATIONS = {"q", "o", "quat", "quaternion", "orientation", "rot", "rotation"
 VECTORS = {"rvec", "rotvec", "rodrigues"}
 OTHERS = {"v", "vel", "velocity", "speed", "acc", "accel", "acceleration", "gyro", "angular", "w"}
 OTHERS |= {"a", "b", "linear", "twist", "omega", "bias", "force", "gravity", "euler"}
-OTHERS |= {"gyr", "mag", "magnetic", "magnetometer", "rate", "dot", "torque", "rpy", "angle", "axis"}
+OTHERS |= {"gyr", "mag", "magnetic", "magnetometer", "rate", "dot", "torque"}
 OTHERS |= {"cov", "covariance", "std", "stddev", "sd", "sigma", "var", "variance", "uncertainty"}
 OTHERS |= {"err", "error", "errors", "delta", "scale", "size", "normal", "direction", "dir"}
-OTHERS |= {"deg", "degrees"}
+OTHERS |= {"rpy", "angle", "axis", "deg", "degrees"}
 # A word that ends in an axis; and, where an owner may be anyone, one that has it before its name.
 PREFIXES = {"", "r", *POSITIONS, *ORIENTATIONS, *VECTORS, *OWNERS}
 AXIS = re.compile("([a-z]*)([wxyz])()")
@@ -333,7 +336,7 @@ def _by_width(table: Table) -> list[str]:
 
 def _refuse_damaged_number(table: Table) -> None:
     """Raise an error where the rows below the first begin with numbers, not with names."""
-    below = [row[0] for row in table.first_rows[1:]]
+    below = [row[0] for row in table.sample[1:]]
     if sum("." in field and is_number(field) for field in below) > len(below) / 2:
         reason = f"{table.first[0][:40]!r} is not a number, as the rows below have"
         raise table.source.error(0, f"{reason} in the first column")
@@ -343,7 +346,7 @@ def _have_rotations(names: Sequence[str], table: Table) -> bool:
     """Return whether the first rows have rotations in these columns, or lost poses only."""
     off = _usual_deviation(names, table)
     if np.isnan(off):
-        rows = [row for row in table.first_rows if len(row) >= len(names)]
+        rows = [row for row in table.sample if len(row) >= len(names)]
         return not any(is_number(row[names.index("x")], finite=True) for row in rows)
     return off <= MAX_DEVIATION
 
@@ -351,7 +354,7 @@ def _have_rotations(names: Sequence[str], table: Table) -> bool:
 def _usual_deviation(names: Sequence[str], table: Table) -> float:
     """Return how far the first rows are from rotations in the median; nan if all are lost."""
     # One row may be lost, or agree by chance.
-    off = [_deviation(names, row) for row in table.first_rows if len(row) >= len(names)]
+    off = [_deviation(names, row) for row in table.sample if len(row) >= len(names)]
     return float("nan") if np.isnan(off).all() else float(np.nanmedian(off))
 
 
@@ -369,14 +372,43 @@ def _refuse_block(table: Table) -> None:
 
 
 def _refuse_two_poses(names: Sequence[str], table: Table) -> None:
-    """Raise an error for rows of two poses, as TUM's associate.py writes them."""
-    n, second = len(names), table.first[len(names) :]
-    if len(second) == n and "qw" in names and _deviation(names, second) <= MAX_DEVIATION:
-        first = " ".join(names)
-        choices = f"'{first}' or '{'- ' * n}{first}'"
-        raise FileError(
-            table.path, f"seems to have two poses a line; choose one by --columns {choices}"
-        )
+    """Raise an error where unnamed columns have another rotation, or almost the same position."""
+    n, width = len(names), len(table.first)
+    if n == width or [name[0] for name in names[:4]] not in (["t", *POSITION], ["n", *POSITION]):
+        return
+    rows = [row for row in table.sample if len(row) == width]
+    values = np.array([[to_number(x) if is_number(x) else np.nan for x in row] for row in rows])
+    values[:, np.isnan(values).all(axis=0)] = 0  # columns of text
+    values = values[np.isfinite(values).all(axis=1)]
+    position = values[:, 1:4]
+    for start in range(n - 3, width - 2) if len(values) > 1 else ():
+        has_rotation = "qw" in names and _turns(values[:, start + 3 : start + 7])
+        has_position = start >= n and _is_near(values[:, start : start + 3], position)
+        if not (has_rotation or has_position):
+            continue
+        rotation, skipped = names[4:] if has_rotation else [], ["-"] * (start - 1)
+        if start < n:
+            other = [*names[:4], *["-"] * (start - 1), *rotation]
+        elif start > n and _is_near(values[:, start - 1 : start], values[:, :1]):
+            other = [*skipped, names[0], *POSITION, *rotation]
+        else:
+            other = [names[0], *skipped, *POSITION, *rotation]
+        choices = f"'{' '.join(names)}' or '{' '.join(other)}'"
+        reason = f"seems to have two poses a line; choose one by --columns {choices}"
+        raise FileError(table.path, reason)
+
+
+def _turns(quaternions: Floats) -> bool:
+    """Return whether all rows are unit quaternions, and not all of the same rotation."""
+    lengths = np.linalg.norm(quaternions, axis=1)
+    is_unit = quaternions.shape[1] == 4 and bool((np.abs(lengths - 1) < MAX_PRINTED).all())
+    return is_unit and bool((np.abs(quaternions @ quaternions[0]) < MAX_COSINE).any())
+
+
+def _is_near(others: Floats, values: Floats) -> bool:
+    """Return whether values differ by less than a tenth of their range in most rows."""
+    largest = np.ptp(values, axis=0).max() / 10
+    return bool(np.median(np.linalg.norm(others - values, axis=1)) < largest)
 
 
 def _meanings(words: Sequence[str], anyone: bool = False) -> list[str]:

@@ -9,7 +9,6 @@ import re
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +21,7 @@ __all__ = ["COMMENTS", "MISSING", "Table", "open_table"]
 COMMENTS = ("#", "%", "//")
 UNPACKED = (".gz", ".bz2", ".xz", ".lzma")  # by loadtxt, whatever such a file holds
 MISSING = {"", "na", "n/a", "none", "null"}
-N_FIRST = 100  # rows that show what the columns of a table hold
+N_SAMPLE = 100  # rows that show what the columns of a table hold
 MICROSOFT = re.compile(r"[+-]?(1\.#(IND|QNAN|SNAN|INF)\d*|nan\((ind|snan)\))", re.IGNORECASE)
 
 
@@ -38,7 +37,7 @@ class Table:
     n_after_name: int = 0  # numbers in a row that begins with a name, which may hold blanks
     header: list[str] = field(default_factory=list)  # names of the columns, if a line names them
     units: list[str] = field(default_factory=list)  # of the columns; empty if usual
-    first_rows: list[list[str]] = field(default_factory=list)  # at most N_FIRST
+    sample: list[list[str]] = field(default_factory=list)  # of rows in the first megabyte
     lines: Sequence[int] | None = None  # of the rows, once they have been read line by line
 
     @property
@@ -139,8 +138,9 @@ def open_table(path: FilePath) -> Table:
         is_lost = fields and all(field.lower() in MISSING for field in fields)
         if is_lost or any(map(is_number, fields)):
             table = _table(path, above, number, row)
-            rows = islice(filter(None, map(_row, lines[number - 1 :])), N_FIRST)
-            table.first_rows = [table.fields(row) for row in rows]
+            below = lines[number - 1 : -1] or [line]  # the last one may be cut off
+            rows = filter(None, map(_row, below[:: -(-len(below) // N_SAMPLE)]))
+            table.sample = [table.fields(row) for row in rows]
             return table
         if line := line.strip():
             above.append(line)

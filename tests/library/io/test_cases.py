@@ -376,6 +376,36 @@ def test_two_poses_a_line_are_refused_with_the_choices(write, header):
         same_poses(read_tum(path, columns=f"- - - - - - - - {tum}"))
 
 
+def test_two_poses_of_one_stamp_are_refused_with_the_choices(write):
+    """A merged table, with or without a second rotation, in the same frame or in another."""
+    tum, gap = "t x y z qx qy qz qw", "t - - - - - - -"
+    moved = ROTATIONS[0].apply(POSITIONS), (ROTATIONS[0] * ROTATIONS).as_quat()
+    noise = RNG.normal(scale=0.02, size=(N, 3))
+    velocities = np.gradient(POSITIONS, axis=0)
+    for by, second, choice in (
+        (" ", [POSITIONS, QUATERNIONS], f"{gap} x y z qx qy qz qw"),
+        (",", [*moved, np.ones(N)], f"{gap} x y z qx qy qz qw"),
+        (" ", [POSITIONS + noise], f"{gap} x y z"),
+        (" ", [velocities, POSITIONS + noise], f"{gap} - - - x y z"),
+        (" ", [moved[1]], "t x y z - - - - qx qy qz qw"),
+    ):
+        path = write(table(STAMPS, POSITIONS, QUATERNIONS, *second, by=by))
+        with pytest.raises(
+            FileError, match=f"two poses a line; .* --columns '{tum}' or '{choice}'"
+        ):
+            read_tum(path)
+        with pytest.warns(TrajectoryWarning, match="columns ignored"):
+            assert len(read_tum(path, columns=choice).keys) == N
+
+
+def test_other_columns_without_a_name_are_no_second_pose(write):
+    small = 0.02 * RNG.normal(size=(N, 3))
+    covariances = np.tile(np.eye(6).ravel(), (N, 1))
+    for others in ([small, np.ones(N)], [np.gradient(POSITIONS, axis=0), small], [covariances]):
+        with pytest.warns(TrajectoryWarning, match="read t x y z qx qy qz qw, .* ignored"):
+            same_poses(read_tum(write(table(STAMPS, POSITIONS, QUATERNIONS, *others))))
+
+
 def test_stamps_before_planar_positions_are_no_positions(write):
     path = write(table(STAMPS, POSITIONS[:, :2]))
     with pytest.raises(FileError, match=r"x is near 1.7e\+09, which is no position in metres; --"):

@@ -98,7 +98,7 @@ def test_the_first_rows_tell_a_table_from_matrices(write):
         stamps, poses = read_tum(write(text))
     np.testing.assert_allclose(stamps, STAMPS)
     np.testing.assert_allclose(poses[:, :3, :3], ROTATIONS.as_matrix(), atol=1e-9)
-    table = np.column_stack([STAMPS, POSITIONS, QUATERNIONS, POSITIONS, WHOLE])
+    table = np.column_stack([STAMPS, POSITIONS, QUATERNIONS, POSITIONS[::-1], WHOLE])
     table[0, 1:] = np.nan
     with pytest.warns(match="read t x y z qx qy qz qw, 4 of 12 columns ignored"):
         np.testing.assert_allclose(
