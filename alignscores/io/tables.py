@@ -95,7 +95,7 @@ class Table:
     ) -> tuple[list[str], Floats]:
         """Return names and numbers, read line by line."""
         width, names = len(self.first), []
-        lines, values = array("q"), array("d")
+        lines, values, marks = array("q"), array("d"), set[str]()
         for number, row in self._rows():
             fields = self.fields(row)
             n = len(fields)
@@ -103,6 +103,12 @@ class Table:
                 reason = f"has {n} column{'s' * (n != 1)}, the first row {width}"
                 raise FileError(self.path, reason, place=f"line {number}")
             used = [fields[column] for column in columns]
+            if self.separator == ";":
+                marks |= {*",."} & {*"".join(row.split(";")[column] for column in columns)}
+            if len(marks) > 1:
+                reason = "has , and . in the numbers of one table: write one decimal mark, and"
+                place = f"line {number}"
+                raise FileError(self.path, f"{reason} no mark between thousands", place=place)
             used = ["nan" if text.lower() in MISSING else text for text in used]
             try:
                 values.extend(map(to_number, used))
@@ -161,8 +167,12 @@ def _table(path: FilePath, above: list[str], number: int, row: str) -> Table:
 
 def _split(row: str, separator: str | None) -> list[str]:
     """Return the fields of a row without the quotes around them."""
-    row = row.replace(",", ".") if separator == ";" else row  # decimal commas
     fields = [text.strip() for text in row.split(separator)]
+    if separator == ";":
+        dotted = [text.replace(",", ".") for text in fields]  # decimal commas
+        fields = [
+            point if is_number(point) else text for text, point in zip(fields, dotted, strict=True)
+        ]
     if '"' not in row:
         return fields
     return [text[1:-1] if re.fullmatch('".*"', text) else text for text in fields]

@@ -206,6 +206,8 @@ NAME_THEM = "name them, as in --columns 't x y z qx qy qz qw'"
         ("1 2 3 4\n1 2 3\n", None, "line 2: has 3 columns, the first row 4"),
         ("1 2 3 4\n1 2 x 4\n", None, "line 2: 'x' is not a number; --columns names the columns"),
         ("0,5 1,5 2,5 3,5\n", None, f"has 5 columns, .*{NAME_THEM}"),  # decimal commas
+        ("t;x;y;z\n0,1;2;3;4\n0,2;1.050;3;4\n", None, "line 3: has , and . in the numbers of one"),
+        ("1.5;2;3;4\n2.5;2;1,050;4\n", None, "line 2: has , and . in the numbers of one table"),
         ("x 2 3 4\n", None, f"line 1: has 4 columns, .*{NAME_THEM}"),
         ("1 2 3 4\n", "t x y z qx qy qz qw", "has 4 columns, not the 8 of 't x y z"),
         ("nan 2 3 4\n", None, "line 1: the time stamp is not finite"),
@@ -261,7 +263,7 @@ def test_kitti_has_no_stamps(write):
         *[(made(f"t_ns {W} -", ",")[0], "euroc"), (made(f"t_ns {W}", ",", EUROC)[0], "euroc")],
         *[(made(columns)[0], "tum") for columns in (TUM, NS, "t_s x y z", Q, f"n {MATRIX}")],
         *[(READ[name][0], "tum") for name in ("MCD", "VSLAM-LAB", "EuRoC's leica0", "rostopic")],
-        *[("{", "nerf"), ("[\nx", "nerf"), ("\n {", "nerf")],
+        *[("{", "nerf"), ("[\n{", "nerf"), ("\n {", "nerf")],
     ],
 )
 def test_the_format_of_a_text_is_recognised(write, text, format_name):
