@@ -329,6 +329,8 @@ def _frames_of_binary(path: Path) -> dict[int, int]:
                 at += DATUM.size
                 if sensor_type == CAMERA:
                     frame_of[number] = frame
+        if at < len(content):
+            raise struct.error
     except struct.error:
         raise FileError(path, "is cut off or damaged; --rig_frames none does without it") from None
     return frame_of

@@ -2,6 +2,7 @@
 
 import json
 import posixpath
+import re
 from collections import Counter
 from typing import Any
 
@@ -78,7 +79,7 @@ def read_nerf(path: FilePath) -> Trajectory:
         if matrix.shape not in ((4, 4), (3, 4)):
             reason = "needs a file_path and a transform_matrix of 4 x 4 numbers"
             raise FileError(path, reason, place=f"frames[{index}]")
-        matrices.append(matrix[:3])
+        matrices.append(np.vstack([matrix, [0, 0, 0, 1]])[:4])
     source = Source(path, lambda row: f"frames[{row}] ({brief(names[row])})")
     poses = poses_from_matrices(np.array(matrices), source)
     poses[:, :3, :3] *= OPENGL_TO_OPENCV
@@ -180,7 +181,7 @@ def _of_shots(path: FilePath, shots: dict[str, Any]) -> Trajectory:
                 raise ValueError
         except (KeyError, OverflowError, TypeError, ValueError):
             reason = "needs a rotation and a translation of 3 numbers"
-            raise FileError(path, reason, place=f"shot {name!r}") from None
+            raise FileError(path, reason, place=f"shot {brief(name)}") from None
     source = Source(path, lambda row: f"shot {brief(names[row])}")
     vectors, translations = np.array(numbers).swapaxes(0, 1)
     return _by_name(names, inverse_poses(poses_from_vectors(translations, vectors, source)), source)
@@ -195,7 +196,7 @@ def is_opensfm(text: str) -> bool:
 
 def is_json(text: str) -> bool:
     """Return whether a file that begins with this text has JSON."""
-    return text.lstrip().startswith(("{", "["))
+    return bool(re.match(r"\s*+(\{|\[\s*+[\[{])", text))
 
 
 def _by_name(names: list[str], poses: np.ndarray[Any, Any], source: Source) -> Trajectory:

@@ -1,6 +1,7 @@
 """Files that look like another format, or are damaged so that they do."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from alignscores.io import (
     read_kitti,
     read_names,
     read_nerf,
+    read_opensfm,
+    read_rig_frames,
     read_tum,
     recognise,
 )
@@ -186,6 +189,16 @@ def test_numbers_of_images_are_whole(write):
             read_colmap(write("\n\n".join(wrong), "images.txt"))
 
 
+def test_all_rig_frames_are_read_or_none(examples, tmp_path):
+    shutil.copytree(examples / "colmap/estimate", tmp_path, dirs_exist_ok=True)
+    read_rig_frames(tmp_path)
+    content = (tmp_path / "frames.bin").read_bytes()
+    n = int.from_bytes(content[:8], "little")
+    (tmp_path / "frames.bin").write_bytes((n - 1).to_bytes(8, "little") + content[8:])
+    with pytest.raises(FileError, match=r"frames.bin: is cut off or damaged; --rig_frames none"):
+        read_rig_frames(tmp_path)
+
+
 @pytest.mark.parametrize(
     "damage", [lambda line: line.replace(" ", ","), lambda line: "\ufeff" + line]
 )
@@ -210,6 +223,29 @@ def test_only_numbers_are_numbers_in_json(write, wrong):
     path = write(json.dumps({"frames": [{"file_path": "a.png", "transform_matrix": matrix}]}))
     with pytest.raises(FileError, match="needs a file_path and a transform_matrix"):
         read_nerf(path)
+
+
+@pytest.mark.parametrize(
+    ("last_row", "reason"), [([0, 0, 0, 2], "0 0 0 1$"), ([1, 2, 3, 1], "unlike the last column")]
+)
+def test_the_last_row_of_a_matrix_is_checked_in_json(write, last_row, reason):
+    pose = np.eye(4)
+    for rows_of_pose in (3, 4):
+        frames = [{"file_path": "a.png", "transform_matrix": pose[:rows_of_pose].tolist()}]
+        assert len(read_nerf(write(json.dumps({"frames": frames}))).keys) == 1
+    pose[3], pose[0, 3] = last_row, not last_row[0]
+    frames = [{"file_path": "a.png", "transform_matrix": pose.tolist()}]
+    with pytest.raises(FileError, match=f"the last row of the matrix must be .*{reason}"):
+        read_nerf(write(json.dumps({"frames": frames})))
+
+
+@pytest.mark.parametrize("line", ["[INFO] trajectory saved", "[ 12:30:01] start", "[]"])
+def test_a_bracket_does_not_make_json(write, line):
+    assert recognise(write(lines(line, *rows(STAMPS, POSITIONS, QUATERNIONS)))) == "tum"
+    long = json.dumps([{"shots": {"x" * 10_000: {}}}])
+    with pytest.raises(FileError, match=r"shot 'x+\.\.\.x+': needs a rotation") as error:
+        read_opensfm(write(long))
+    assert len(str(error.value)) < 300
 
 
 def test_all_of_an_array_is_read_or_nothing(tmp_path):
