@@ -25,7 +25,7 @@ A unit among the words, as in ``x [mm]``, or in a line below the names, is one o
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import islice, product
 
@@ -104,7 +104,8 @@ OWNED_AXIS = re.compile(r"([a-z]*?)([wxyz])((?:(?<!w)(?![wxyz])[a-z]+)?)\d*")
 
 # Units of positions in metres, of times in seconds, and those without a factor.
 LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "feet": 0.3048}
-LENGTHS |= {"inch": 0.0254, "inches": 0.0254}
+LENGTHS |= {"um": 1e-6, "dm": 0.1, "inch": 0.0254, "inches": 0.0254, "yd": 0.9144}
+LENGTHS |= {"mile": 1609.344, "miles": 1609.344}
 MINUTES = {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0, "days": 86400.0}
 UNITS = LENGTHS | MINUTES | dict.fromkeys(["s", "ms", "us", "ns", "rad", "deg"], 1.0)
 LETTERS = str.maketrans({'"': None, ";": ",", "µ": "u", "μ": "u", "°": "_deg"})
@@ -121,6 +122,11 @@ def name_columns(table: Table, columns: str | None = None) -> list[str]:
     if not columns:
         _refuse_two_poses(names, table)
     words = columns.lower().replace(",", " ").split() if columns else table.header
+    for word, name in zip(words, names, strict=False):
+        units = {*re.findall("[a-z]+", "".join(re.findall(r"\[[^\]]*", word)))}
+        if name in POSITION and not units <= LENGTHS.keys():
+            reason = f"its header names a unit that is unknown, {word[:40]!r}"
+            raise FileError(table.path, f"{reason}; convert positions to metres, or {NAME_THEM}")
     table.units = list(map(_unit, words, names))
     return names + ["-"] * (width - len(names))
 
@@ -139,24 +145,17 @@ def parse_columns(text: str) -> list[str]:
 
 def _of_header(table: Table) -> list[str]:
     """Return the columns that a line above the rows names; none if no line does."""
-    width, units = len(table.first), [""]
-    for line in reversed([line for line in table.above if len(line) <= MAX_HEADER]):
-        words = _words(line)
-        if {*re.findall("[a-z]+", " ".join(words))} <= UNITS.keys():
-            units = words
-            continue
-        if len(words) == width + 1 and not words[-1]:
-            words.pop()  # of a separator at the end
+    width = len(table.first)
+    for line, words, units in _headers(table):
+        is_comment = line.startswith(COMMENTS)
         before, last = words[:-width], words[-width:]
         if {*map(_what, before)} <= {"-"} and "-" not in map(_what, last):
-            words = last if line.startswith(COMMENTS) else words  # behind a word such as "Format:"
-        if len(units) == len(words):
-            words = [f"{word} {unit}".strip() for word, unit in zip(words, units, strict=True)]
+            words = last if is_comment else words  # behind a word such as "Format:"
+        words = _with_units(words, units, table)
         parts = _meanings(words)
         _refuse_images(words, table)
         names = _complete(parts)
         _check_owners(words, table)
-        is_comment = line.startswith(COMMENTS)
         # A comment may leave out the last columns.
         if "x" in names and (len(names) == width or (is_comment and len(names) < width)):
             table.header = words
@@ -180,6 +179,35 @@ def _of_header(table: Table) -> list[str]:
             continue
         raise FileError(table.path, reason)
     return []
+
+
+def _headers(table: Table) -> Iterator[tuple[str, list[str], list[str]]]:
+    """Yield the lines above the rows that may be headers, their names, and the units below them."""
+    width, units = len(table.first), list[str]()
+    for line in reversed([line for line in table.above if len(line) <= MAX_HEADER]):
+        words = _words(line)
+        if row_of_units := _row_of_units(line):
+            units = row_of_units
+        elif re.search("[a-z]", " ".join(words)):
+            if len(words) == width + 1 and not words[-1]:
+                words.pop()  # of a separator at the end
+            yield line, words, units
+        elif len(words) == width and not line.startswith(COMMENTS):
+            reason = f"the line above its first row, {line[:60]!r}, has neither names nor numbers"
+            raise FileError(table.path, f"{reason}; delete it, or write nan for a lost pose")
+
+
+def _with_units(words: list[str], units: list[str], table: Table) -> list[str]:
+    """Return the names of a header with the units in a line below it."""
+    if len(units) == len(words) + 1 and not units[-1]:
+        units = units[:-1]
+    if len(units) == len(words):
+        return [f"{word} {unit}".strip() for word, unit in zip(words, units, strict=True)]
+    changes = any(UNITS.get(unit) != 1 for unit in re.findall("[a-z]+", " ".join(units)))
+    if changes and "x" in _meanings(words):
+        reason = f"its header names {len(words)} columns, the line of their units {len(units)}"
+        raise FileError(table.path, f"{reason}; write - where a column has none")
+    return words
 
 
 def _refuse_images(words: Sequence[str], table: Table) -> None:
@@ -211,12 +239,29 @@ def _owner(word: str, anyone: bool = False) -> str:
 def _words(header: str) -> list[str]:
     """Return the names in a header; timestampNs has two words."""
     last_word = "(?<=[a-z]{2})(?=[A-Z][a-z]*(?![a-zA-Z]))"
-    text = re.sub(last_word, "_", header.translate(LETTERS)).lower()
+    text = _plain(re.sub(last_word, "_", header))
+    return _split(re.sub(r"(?<=\w) +(?=[\[(])", "", text))  # x [m]
+
+
+def _row_of_units(line: str) -> list[str]:
+    """Return the units in a line that has nothing else; none if it has."""
+    fields = _split(_plain(line))
+    units = {*re.findall("[a-z]+", " ".join(fields))}
+    in_brackets = all(re.fullmatch(r"[\[(].*[\])]", field) for field in fields if field)
+    return fields if units and (in_brackets or units <= UNITS.keys()) else []
+
+
+def _plain(header: str) -> str:
+    """Return a header in small letters, with short units, without what marks a comment."""
+    text = header.translate(LETTERS).lower().lstrip("\ufeff#%/ \t")
     text = re.sub("(?:(m)illi|(c)enti|(k)ilo)?met(?:er|re)s?", r"\1\2\3m", text)
     text = re.sub(r"100\s*ns", "ticks", text)
-    text = re.sub(r"(?<=\w) +(?=[\[(])", "", text.lstrip("\ufeff#%/ \t"))  # x [m]
-    text = re.sub(r"[\[(][^\])]*", lambda unit: unit[0].replace(" ", "_"), text)  # [m s^-1]
-    return [word.strip() for word in text.split("," if "," in text else None)]
+    return re.sub(r"[\[(][^\])]*", lambda unit: unit[0].replace(" ", "_"), text)  # [m s^-1]
+
+
+def _split(names: str) -> list[str]:
+    """Return the names in a line."""
+    return [name.strip() for name in names.split("," if "," in names else None)]
 
 
 def _unit(word: str, name: str) -> str:

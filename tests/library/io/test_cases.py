@@ -352,6 +352,39 @@ def test_blank_lines_may_separate_a_header_from_its_units(write):
         same_poses(read_tum(path), rotations=False)
 
 
+NAMES_OF_TUM = "timestamp tx ty tz qx qy qz qw"
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        f"{NAMES_OF_TUM}\n# -------\ns mm mm mm - - - -",
+        f"# {NAMES_OF_TUM}\n#\n# s mm mm mm - - - -",
+        f"# {NAMES_OF_TUM}\n# s mm mm mm [] [] [] []",
+        "timestamp tx_mm ty_mm tz_mm qx qy qz qw\n# m",
+    ],
+)
+def test_a_rule_does_not_hide_a_line_of_units(write, header):
+    path = write(table(STAMPS, 1000 * POSITIONS, QUATERNIONS, header=header))
+    with pytest.warns(TrajectoryWarning, match="converted from mm, as its columns say"):
+        same_poses(read_tum(path))
+
+
+@pytest.mark.parametrize(
+    ("header", "reason"),
+    [
+        (f"# {NAMES_OF_TUM}\n# [s] [mm] [mm] [mm]", "names 8 columns, the line of their units 4"),
+        ("timestamp tx[nm] ty[nm] tz[nm] qx qy qz qw", r"a unit that is unknown, 'tx\[nm\]'"),
+        (f"# {NAMES_OF_TUM}\n# [s] [mil] [mil] [mil] [] [] [] []", "a unit that is unknown, 'tx "),
+        *[(f"{above}-- -- -- -- -- -- -- --", "neither names nor") for above in ("", "# a\n")],
+        (f"{NAMES_OF_TUM}\n١ ٢ ٣ ٤ ٥ ٦ ٧ ٨", "neither names nor numbers; delete it, or write nan"),
+    ],
+)
+def test_a_line_below_the_header_that_is_no_unit_is_refused(write, header, reason):
+    with pytest.raises(FileError, match=reason):
+        read_tum(write(table(STAMPS, POSITIONS, QUATERNIONS, header=header)))
+
+
 @pytest.mark.parametrize("header", ["t x y tx ty tz qx qy qz qw", "t tx ty tz qx qy qx qz qw z"])
 def test_headers_that_repeat_only_some_coordinates_are_refused(write, header):
     path = write(table(STAMPS, POSITIONS, POSITIONS, RNG.normal(size=(N, 3)), header=header))
