@@ -156,6 +156,8 @@ def _of_header(table: Table) -> list[str]:
         _refuse_images(words, table)
         names = _complete(parts)
         _check_owners(words, table)
+        if "x" in names:
+            _check_counts(list(map(_owner, words)), parts, table)
         # A comment may leave out the last columns.
         if "x" in names and (len(names) == width or (is_comment and len(names) < width)):
             table.header = words
@@ -280,10 +282,8 @@ def _unambiguous(
     if not poses:
         reason = "its header names x, y and z, but not of the same position"
         raise FileError(table.path, f"{reason}; {NAME_THEM}")
-    keys = [
-        next((i for i, name in enumerate(names) if name == key and is_key(table.first[i])), None)
-        for key, is_key in (("n", is_number), ("name", lambda field: not is_number(field)))
-    ]
+    names = _with_keys(names, table)
+    keys = [names.index(key) for key in ("n", "name") if key in names]
     choices = [
         [name if index in {*pose, *clock, *keys} else "-" for index, name in enumerate(names)]
         for pose, clock in islice(product(poses, clocks), 4)
@@ -296,6 +296,21 @@ def _unambiguous(
     raise FileError(table.path, reason)
 
 
+def _with_keys(names: Sequence[str], table: Table) -> list[str]:
+    """Return the columns with at most one of numbers and one of names, which differ by row.
+
+    Names of frames, and numbers of images, are names; a word that is the same in all rows is none.
+    """
+    columns = ["-" if name in ("n", "name") else name for name in names]
+    for index, name in enumerate(names):
+        values = [row[index] for row in table.sample if len(row) > index]
+        key = "n" if name == "n" and is_number(table.first[index]) else "name"
+        differ = key == "n" or len({*values}) > len(values) / 2
+        if name in ("n", "name") and key not in columns and differ:
+            columns[index] = key
+    return columns
+
+
 def _check_counts(owners: Sequence[str], names: Sequence[str], table: Table) -> None:
     """Raise an error where only some coordinates of a position or rotation are repeated.
 
@@ -305,8 +320,8 @@ def _check_counts(owners: Sequence[str], names: Sequence[str], table: Table) -> 
     for part, owner in product((POSITION, QUATERNION, VECTOR, ROTATION), {*owners}):
         ordered = sorted((n_columns[name, owner], name) for name in part)
         (n_min, rare), (n_max, frequent) = ordered[0], ordered[-1]
-        if 0 < n_min < n_max:
-            reason = f"its header names {n_max} columns {frequent}, but only {n_min} {rare}"
+        if n_min < n_max > 1:
+            reason = f"its header names {n_max} columns {frequent}, but {n_min} {rare}"
             raise FileError(table.path, f"{reason}; {NAME_THEM}")
 
 

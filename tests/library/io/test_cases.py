@@ -388,9 +388,13 @@ def test_a_line_below_the_header_that_is_no_unit_is_refused(write, header, reaso
 @pytest.mark.parametrize("header", ["t x y tx ty tz qx qy qz qw", "t tx ty tz qx qy qx qz qw z"])
 def test_headers_that_repeat_only_some_coordinates_are_refused(write, header):
     path = write(table(STAMPS, POSITIONS, POSITIONS, RNG.normal(size=(N, 3)), header=header))
-    message = "its header names 2 columns [xyz], but only 1 [xyz]; name them, as in --columns"
+    message = "its header names 2 columns [xyz], but 1 [xyz]; name them, as in --columns"
     with pytest.raises(FileError, match=message):
         read_tum(path)
+    for header in ("timestamp tx ty tz qx qx qz qw", "timestamp tx ty tz qx qy qw qw"):
+        path = write(table(STAMPS, POSITIONS, QUATERNIONS, header=header))
+        with pytest.raises(FileError, match=r"its header names 2 columns q[xw], but 0 q[yz]; name"):
+            read_tum(path)
     path = write(table(STAMPS, POSITIONS, header="t gt_x gt_y est_z"))
     with pytest.raises(FileError, match="names x, y and z, but not of the same position; name"):
         read_tum(path)
@@ -521,6 +525,23 @@ def test_tables_of_image_names_are_read(write):
     path = write(named(POSITIONS, np.ones(N), by=",", header="image,x,y,z,score"))
     with pytest.warns(TrajectoryWarning, match=r"read name x y z \(in.*\), 1 of 5 columns ignored"):
         same_poses(read_names(path), rotations=False)
+
+
+@pytest.mark.parametrize(
+    ("header", "name"), [("image", "{:06}"), ("frame", "img_{:06}.png"), ("frame_id", "left{:06}")]
+)
+def test_what_differs_by_row_is_a_key(write, header, name):
+    """Numbers of images, and names of frames; but not a constant frame_id, as of ROS."""
+    rows = table(POSITIONS, QUATERNIONS, by=",").splitlines()
+    lines = [f"{name.format(row)},{line}" for row, line in enumerate(rows)]
+    names = f"{header},x,y,z,qx,qy,qz,qw"
+    reference = write([names, *lines], "reference.csv")
+    path = write([names, *lines[10:], *lines[:10]], "est.csv")
+    assert read_names(path).keys.tolist() == [name.format(row) for row in range(N)]
+    assert evaluate(reference, path).pas == 1
+    with pytest.warns(TrajectoryWarning, match="1 of 8 columns ignored"):
+        trajectory = read_tum(write([names, *(f"map,{line}" for line in rows)]))
+    assert trajectory.keys.tolist() == list(range(N))
 
 
 def test_two_rows_that_a_lost_line_break_joins_are_refused(write):
