@@ -44,16 +44,16 @@ def read_g2o(path: FilePath) -> Trajectory:
     """
     lines, numbers, values = [], [], []
     for number, line in numbered_lines(path):
-        if VERTEX not in line or line.lstrip().startswith("#"):
+        tag, *fields = line.split() or ["#"]
+        if tag.startswith("#") or _is_other(tag):
             continue
-        tag, *fields = line.split()
         try:
             _, *pose = map(to_number, fields)
             vertex = int(fields[0])
             if tag != VERTEX or len(pose) != 7 or abs(vertex) > MAX_ID:
                 raise ValueError
             numbers.append(vertex)
-        except ValueError:
+        except (IndexError, ValueError):
             reason = f"must hold '{VERTEX} id x y z qx qy qz qw'"
             raise FileError(path, reason, place=f"line {number}") from None
         lines.append(number)
@@ -64,6 +64,11 @@ def read_g2o(path: FilePath) -> Trajectory:
     positions, quaternions = np.split(np.array(values), [3], axis=1)
     poses = poses_from_quaternions(positions, quaternions, source)
     return checked(np.array(numbers), poses, source)
+
+
+def _is_other(tag: str) -> bool:
+    """Return whether a line with this tag is of another type, and not a damaged vertex."""
+    return tag[0].isalpha() and VERTEX not in tag and not VERTEX.startswith(tag.upper())
 
 
 def is_g2o(text: str) -> bool:

@@ -200,10 +200,25 @@ def test_all_rig_frames_are_read_or_none(examples, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "damage", [lambda line: line.replace(" ", ","), lambda line: "\ufeff" + line]
+    "damage",
+    [
+        lambda line: line.replace(" ", ","),
+        lambda line: "\ufeff" + line,
+        lambda line: line.replace("QUAT", "QUA"),
+        lambda line: line.lower(),
+        lambda line: line.removeprefix("VERTEX_SE3:QUAT "),
+    ],
 )
 def test_no_vertex_of_a_pose_graph_is_lost(write, damage):
     vertices = [f"VERTEX_SE3:QUAT {row}" for row in rows(WHOLE, POSITIONS, QUATERNIONS)]
+    others = [
+        "FIX 0",
+        "VERTEX_SE2 90 1 2 3",
+        "Edge_V_V 0 1",
+        "PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1",
+        "",
+    ]
+    assert len(read_g2o(write(lines(*vertices, *others))).keys) == N
     path = write(lines(*vertices[:9], damage(vertices[9]), *vertices[10:]))
     with pytest.raises(FileError, match="line 10: must hold 'VERTEX_SE3:QUAT id"):
         read_g2o(path)
