@@ -24,6 +24,7 @@ MAX_DUPLICATES = 0.1  # share of the poses; more duplicates are an error
 MIN_IN_ORDER = 0.9  # share of the steps upwards in numbers that may be time stamps
 MAX_NAME = 1000  # characters of an image's name; an array has room for the longest in each row
 MIN_RUN = 10  # poses of a run; where stamps jump back more often, the rows are not in order
+TRANSPOSE = ", unlike the last column: transpose it"
 BLOCK = 1 << 14  # rows that are converted at once, which the cache of a processor holds
 
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ticks": 1e7, "ns": 1e9}  # in a second
@@ -264,8 +265,8 @@ def poses_from_vectors(positions: Floats, vectors: Floats, source: Source) -> Fl
 def poses_from_matrices(matrices: Floats, source: Source) -> Floats:
     """Return poses (n, 4, 4) of matrices (n, 3 or 4, 4), with the rotations nearest to theirs."""
     wrong = (matrices[:, 3:] != [0, 0, 0, 1]).any(axis=(1, 2)) & finite_rows(matrices)
-    by_columns = ", unlike the last column: transpose it" * (not matrices[:, :3, 3].any())
-    source.refuse(wrong, f"the last row of the matrix must be 0 0 0 1{by_columns}")
+    by_columns = bool(matrices[:, 3:, :3].any() and not matrices[:, :3, 3].any())
+    source.refuse(wrong, f"the last row of the matrix must be 0 0 0 1{by_columns * TRANSPOSE}")
     poses = poses_from_positions(matrices[:, :3, 3])
     deviation = np.empty(len(poses))
     for rows in _blocks(len(poses)):

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import threading
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -111,6 +112,12 @@ def test_large_arrays_are_refused_before_they_are_unpacked(tmp_path):
     np.savez_compressed(path, p=np.zeros((n, 4, 4), np.int8))
     with pytest.raises(FileError, match="the array p takes 500 MB, more than the 500 MB"):
         read_arrays(path)
+    np.savez_compressed(path, p=np.zeros((n // 4, 4, 4), np.int8))
+    tracemalloc.start()
+    with pytest.raises(FileError, match=r"p\[0\]: the last row of the matrix must be 0 0 0 1$"):
+        read_arrays(path)
+    assert tracemalloc.get_traced_memory()[1] < 20e6
+    tracemalloc.stop()
     poses = np.tile(np.eye(4), (3, 1, 1))
     np.savez_compressed(path, p=poses, depth=np.zeros((3, 1000, 1000)))
     assert len(read_arrays(path).keys) == 3  # what is no pose is not read

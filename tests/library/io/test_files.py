@@ -232,7 +232,10 @@ POSES = np.tile(np.eye(4), (3, 1, 1))
         *[({"p": POSES}, [0, 1, 2]), ({"p": POSES[:, :3]}, [0, 1, 2])],
         ({"p": POSES, "t": np.array([0.5, 1, 9])}, [0.5, 1, 9]),
         ({"t": np.array([5, 6, 7]), "p": POSES.astype(int)}, [5, 6, 7]),
-        ({"p": POSES, "names": np.array(["a", "b", "c"]), "K": np.eye(3)}, [0, 1, 2]),
+        ({"p": POSES, "t": np.array([[0.5], [1], [9]])}, [0.5, 1, 9]),
+        ({"p": POSES, "t": np.array([5, 6, 7], "M8[ms]")}, [0.005, 0.006, 0.007]),
+        ({"p": POSES, "names": np.array(["a", "c", "b"]), "K": np.eye(3)}, ["a", "c", "b"]),
+        ({"p": POSES, "model": np.array(["a", "a", "a"])}, [0, 1, 2]),
         ({"p": POSES, "t": np.zeros(4), "q": np.zeros((3, 4, 5)), "r": np.eye(4)}, [0, 1, 2]),
         ({"p": POSES[None], "K": np.ones((1, 3, 3, 3))}, [0, 1, 2]),  # a batch of one
         ({"p": POSES[None, :, :3], "t": np.array([[0.5, 1, 9]])}, [0.5, 1, 9]),
@@ -243,7 +246,8 @@ def test_arrays_of_matrices(tmp_path, arrays, keys):
     np.savez(path, **arrays)
     trajectory = read_arrays(path)
     assert trajectory.keys.tolist() == keys
-    assert trajectory.keys.dtype.kind == ("f" if "t" in arrays and arrays["t"].size == 3 else "i")
+    timed = "t" in arrays and arrays["t"].size == 3
+    assert trajectory.keys.dtype.kind == ("f" if timed else "U" if "names" in arrays else "i")
     np.testing.assert_array_equal(trajectory.poses, POSES)
     assert trajectory.poses.dtype == float
 
@@ -258,6 +262,8 @@ ONE_ARRAY = r"must have one array of numbers, \(n, 4, 4\) or \(n, 3, 4\); it has
         ({"p": POSES + 1}, r", p\[0\]: the last row of the matrix must be 0 0 0 1"),
         ({"p": POSES[:0]}, ": has no poses"),
         ({"p": POSES, "t": np.arange(3), "u": np.arange(3)}, ": has 2 arrays of 3 numbers; leave"),
+        ({"p": POSES, "t": np.arange(4)}, ": has 3 poses, but 4 numbers in order in 't'; write a"),
+        ({"p": POSES, "a": np.array([*"xyz"]), "b": np.array([*"abc"])}, ": has 2 arrays of 3 tex"),
         ({"p": POSES, "t": np.array([0, np.inf, 1])}, r", p\[1\]: the time stamp is not finite"),
         ({"p": POSES, "q": POSES}, rf": {ONE_ARRAY}p \(3, 4, 4\), q \(3, 4, 4\)"),
         ({"p": np.full((3, 4, 4), "a")}, rf": {ONE_ARRAY}none"),
