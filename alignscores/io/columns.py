@@ -128,6 +128,7 @@ def name_columns(table: Table, columns: str | None = None) -> list[str]:
             reason = f"its header names a unit that is unknown, {word[:40]!r}"
             raise FileError(table.path, f"{reason}; convert positions to metres, or {NAME_THEM}")
     table.units = list(map(_unit, words, names))
+    table.has_keys = any(name[0] in "tn" for name in names)
     return names + ["-"] * (width - len(names))
 
 

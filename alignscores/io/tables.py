@@ -19,6 +19,7 @@ from ..files import FileError, FilePath, Source, is_number, numbered_lines, read
 __all__ = ["COMMENTS", "MISSING", "Table", "open_table"]
 
 COMMENTS = ("#", "%", "//")
+COMMENT = re.compile(r"(?<![^\s,;])#")  # no part of a name
 UNPACKED = (".gz", ".bz2", ".xz", ".lzma")  # by loadtxt, whatever such a file holds
 MISSING = {"", "na", "n/a", "none", "null"}
 N_SAMPLE = 100  # rows that show what the columns of a table hold
@@ -33,11 +34,12 @@ class Table:
     above: list[str]  # lines above the rows, without blank ones
     start: int  # line of the first row
     first: list[str]  # fields of the first row, without what is behind a separator at its end
-    separator: str | None  # ",", ";" with decimal commas, or None for blanks
+    separator: str | None  # ",", ";" with decimal commas, tab, or None for blanks
     n_after_name: int = 0  # numbers in a row that begins with a name, which may hold blanks
     header: list[str] = field(default_factory=list)  # names of the columns, if a line names them
     units: list[str] = field(default_factory=list)  # of the columns; empty if usual
     sample: list[list[str]] = field(default_factory=list)  # of rows in the first megabyte
+    has_keys: bool = False  # whether a column has stamps, names or numbers of frames
     lines: Sequence[int] | None = None  # of the rows, once they have been read line by line
 
     @property
@@ -51,9 +53,13 @@ class Table:
         return f"line {self.lines[row]}"
 
     def _rows(self) -> Iterator[tuple[int, str]]:
-        """Yield the rows with the numbers of their lines."""
+        """Yield the rows with the numbers of their lines.
+
+        A row of separators only is left out if it needs a key; otherwise it is a pose that is lost.
+        """
+        blank = " \t,;" if self.has_keys else None
         for number, line in numbered_lines(self.path):
-            if number >= self.start and (row := _row(line)):
+            if number >= self.start and (row := _row(line)).strip(blank):
                 yield number, row
 
     def numbers(self, columns: Sequence[int]) -> Floats:
@@ -65,6 +71,7 @@ class Table:
 
     def stamps(self) -> Floats:
         """Return the numbers in the first column; rows may have any number of others."""
+        self.has_keys = True
         return self._parsed([0], any_width=True)[1][:, 0]
 
     def names_and_numbers(self, name: int, columns: Sequence[int]) -> tuple[list[str], Floats]:
@@ -150,11 +157,17 @@ def open_table(path: FilePath) -> Table:
             return table
         if line := line.strip():
             above.append(line)
-    raise FileError(path, "has no line of numbers")
+    if "\0" in lines[0]:
+        raise FileError(path, "is not text (UTF-8), but binary or UTF-16; save it as UTF-8")
+    begins = f"; it begins with {above[0][:40]!r}" if above else ""
+    raise FileError(path, f"has no line of numbers{begins}")
 
 
 def _table(path: FilePath, above: list[str], number: int, row: str) -> Table:
     separator = next((mark for mark in ";," if mark in row), None)
+    names = above[-1].split() if above else []
+    if len(names) > 1 and len(names) == above[-1].count("\t") + 1 == row.count("\t") + 1:
+        separator = "\t"  # a text in a row may have blanks
     first = _split(row, separator)
     if separator is None and not is_number(first[0]):
         after = first[::-1]
@@ -182,5 +195,5 @@ def _row(line: str) -> str:
     """Return a line without its comment and with plain NaN; empty if nothing is left."""
     if ".#" in line or "nan(" in line.lower():
         line = MICROSOFT.sub("nan", line)
-    text = line.partition("#")[0].strip()
+    text = COMMENT.split(line, maxsplit=1)[0].strip() if "#" in line else line.strip()
     return "" if text.startswith(COMMENTS) else text

@@ -1,8 +1,10 @@
 """Readers of text tables, a pose a line, and of folders with a matrix a file."""
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Floats
 from ..files import FileError, FilePath, Source
+from ..texts import brief, first_few
 from .columns import (
     FOUR_ROWS,
     NAME_THEM,
@@ -23,6 +26,7 @@ from .columns import (
 from .tables import Table, open_table
 from .trajectory import (
     MAX_DEVIATION,
+    MAX_DUPLICATES,
     MIN_IN_ORDER,
     TIME_UNITS,
     Trajectory,
@@ -53,6 +57,7 @@ __all__ = [
 ]
 
 MAX_NUMBER = 1e15  # of a frame; all digits of larger ones may not be kept
+MAX_INTEGER = np.iinfo(np.int64).max
 MAX_POSITION = 1e8  # metres from the origin; the centre of the earth is 6.4e6 away
 
 
@@ -282,9 +287,7 @@ def read_matrices(path: FilePath) -> Trajectory:
     if not files:
         raise FileError(path, "is not a folder with matrices in .txt files")
     names = [re.sub(r"(\.pose)?\.txt$", "", file.name) for file in files]
-    digits = [re.findall(r"\d+", name) for name in names if "." not in name]  # no stamp 17.25
-    numbers = [int(of_name[-1]) for of_name in digits if of_name]
-    keys = np.array(numbers if len({*numbers}) == len(files) else names)
+    keys = _keys_of_files(names, path)
     order = np.argsort(keys)
     files = [files[row] for row in order]
     source = Source(path, lambda row: files[row].name)
@@ -353,6 +356,23 @@ def _files_of_matrices(folder: Path) -> list[Path]:
     return [file for file in files if file.name.endswith(".pose.txt")] or files
 
 
+def _keys_of_files(names: list[str], path: FilePath) -> NDArray[Any]:
+    """Return the last numbers in the names of files, or the names where many have none."""
+    digits = [re.findall(r"\d+", name) if "." not in name else [] for name in names]  # no 17.25
+    numbers = [int(of_name[-1]) if of_name else MAX_INTEGER for of_name in digits]
+    count = Counter(numbers)
+    wrong = [
+        row for row, number in enumerate(numbers) if number >= MAX_INTEGER or count[number] > 1
+    ]
+    if not wrong:
+        return np.array(numbers)
+    if len(wrong) < MAX_DUPLICATES * len(names):
+        odd = first_few([brief(names[row]) for row in wrong])
+        reason = "of its files, only these have no number in the name that no other file has: "
+        raise FileError(path, f"{reason}{odd}; rename or remove them")
+    return np.array(names)
+
+
 def _matrix(path: Path) -> Floats:
     table = open_table(path)
     values = table.numbers(range(len(table.first)))
@@ -385,7 +405,8 @@ def _warn_of_ignored(used: list[str], names: list[str], table: Table) -> None:
     if len(used) == len(names):
         return
     headers = [table.header[names.index(name)] for name in used] if table.header else []
-    by_header = f" (in the header: {' '.join(headers)[:200]})" if headers else ""
+    in_header = shorten(" ".join(headers), 300, placeholder=" ...")
+    by_header = f" (in the header: {in_header})" if headers else ""
     ignored = f"{len(names) - len(used)} of {len(names)} columns ignored"
     warn(table.path, f"read {' '.join(used)}{by_header}, {ignored}")
 

@@ -22,7 +22,7 @@ MAX_ROUNDING = 1e-2  # deviation from a unit quaternion or a rotation that count
 MAX_DEVIATION = 0.1  # deviation beyond which a quaternion or a matrix is refused
 MAX_DUPLICATES = 0.1  # share of the poses; more duplicates are an error
 MIN_IN_ORDER = 0.9  # share of the steps upwards in numbers that may be time stamps
-MAX_NAME = 1000  # characters of an image's name; an array has room for the longest in each row
+MAX_NAME = 255  # characters of an image's name; an array has room for the longest in each row
 MIN_RUN = 10  # poses of a run; where stamps jump back more often, the rows are not in order
 TRANSPOSE = ", unlike the last column: transpose it"
 BLOCK = 1 << 14  # rows that are converted at once, which the cache of a processor holds
@@ -150,10 +150,10 @@ def checked(keys: NDArray[Any], poses: Floats, source: Source) -> Trajectory:
 
 def image_names(names: Sequence[str], source: Source) -> NDArray[np.str_]:
     """Return an array of names; refuse one so long that it is no name."""
-    long = [row for row, name in enumerate(names) if len(name) > MAX_NAME]
-    if long:
-        reason = f"the name of an image has {len(names[long[0]])} characters"
-        raise FileError(source.path, f"{reason}, more than {MAX_NAME}: {names[long[0]][:40]!r} ...")
+    long = next((row for row, name in enumerate(names) if len(name) > MAX_NAME), None)
+    if long is not None:
+        reason = f"the name of an image has {len(names[long])} characters, more than {MAX_NAME}"
+        raise FileError(source.path, f"{reason}: {names[long][:40]!r} ...")
     return np.array(names)
 
 

@@ -1,6 +1,7 @@
 """Files that look like another format, or are damaged so that they do."""
 
 import json
+import re
 import shutil
 
 import numpy as np
@@ -15,6 +16,7 @@ from alignscores.io import (
     read_g2o,
     read_hloc,
     read_kitti,
+    read_matrices,
     read_names,
     read_nerf,
     read_opensfm,
@@ -288,9 +290,12 @@ def test_a_name_is_not_as_long_as_a_file(write, tmp_path):
         (read_colmap, write(images, "images.txt")),
         (read_names, write(table, "names.txt")),
     ):
-        with pytest.raises(FileError, match="has 100000 characters, more than 1000: 'xxx") as error:
+        with pytest.raises(FileError, match="has 100000 characters, more than 255: 'xxx") as error:
             read(path)
         assert len(str(error.value)) < 300
+    rows_of_names = rows([*NAMES[1:], "x" * 256], POSITIONS, QUATERNIONS)
+    with pytest.raises(FileError, match="has 256 characters, more than 255"):
+        read_names(write(lines(*rows_of_names)))
     binary = np.uint64(1).tobytes() + bytes(64) + b"x" * 10_000
     (tmp_path / "images.bin").write_bytes(binary)
     with pytest.raises(FileError, match="is damaged: the name of image 0 does not end"):
@@ -303,6 +308,36 @@ def test_a_damaged_first_stamp_is_no_name(write):
         path = write(lines(damaged + table[0].removeprefix("0"), *table[1:]))
         with pytest.raises(FileError, match=r"line 1: '.*' is not a number, as the rows below"):
             recognise(path)
+
+
+def test_an_odd_file_in_a_folder_of_matrices_is_named(tmp_path):
+    for row, pose in enumerate(MATRICES):
+        np.savetxt(tmp_path / f"frame-{row:06}.txt", pose)
+    assert read_matrices(tmp_path).keys.tolist() == list(range(N))
+    for odd in ("frame-000003 (1)", "intrinsics", "9" * 20):
+        file = tmp_path / f"{odd}.txt"
+        np.savetxt(file, MATRICES[3])
+        with pytest.raises(FileError, match=f"only these have no number .*'{re.escape(odd)}'; ren"):
+            read_matrices(tmp_path)
+        file.unlink()
+
+
+def test_a_name_may_hold_a_number_sign(write):
+    names = [f"cam#{row}.png" for row in range(N)]
+    path = write(lines(*rows(names, W_FIRST, POSITIONS, by=" ")))
+    assert sorted(names) == read_hloc(path).keys.tolist()
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("0 1 2 3\n".encode("utf-16-le"), "is not text .*, but binary or UTF-16; save it as UTF-8"),
+        (b"0.0d0 1.0d0 2.0d0 3.0d0\n", "has no line of numbers; it begins with '0.0d0 1.0d0"),
+    ],
+)
+def test_a_text_without_numbers_is_refused_with_its_beginning(write, content, reason):
+    with pytest.raises(FileError, match=reason):
+        read_tum(write(content))
 
 
 def test_a_file_of_one_line_is_refused(write):

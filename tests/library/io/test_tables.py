@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from alignscores.io import FileError, read_euroc, read_kitti, read_tum, recognise
+from alignscores.io import FileError, read_euroc, read_kitti, read_names, read_tum, recognise
 
 N = 5
 STAMPS = 1_700_000_000 + np.arange(N) / 8
@@ -243,6 +243,37 @@ def test_fields_may_be_empty(write):
         write(made(TUM, ",")[0] + "1800000000,,,,,,,\n1800000001,,,,null,NA,nan,\n")
     )
     assert np.isfinite(poses[:, 0, 3]).tolist() == [True] * N + [False] * 2
+
+
+def test_rows_of_separators_are_blank_where_poses_have_keys(write):
+    """Excel writes them at the end. Without keys they count: a pose was lost there."""
+    lines = made(TUM, ",", "t,x,y,z,qx,qy,qz,qw")[0].splitlines()
+    path = write([*lines[:3], ",,,,,,,", *lines[3:], ",,,,,,,", " , , ", ""])
+    np.testing.assert_allclose(read_tum(path).keys, STAMPS)
+    names = ["image,x,y,z", *(f"{n}.png,1,2,3" for n in range(N)), ",,,"]
+    assert read_names(write(names)).keys.tolist() == [f"{n}.png" for n in range(N)]
+    lines = made(MATRIX, ",")[0].splitlines()
+    positions = read_kitti(write([lines[0], "," * 11, *lines[1:]])).positions
+    assert np.isnan(positions[:, 0]).tolist() == [False, True, *[False] * (N - 1)]
+
+
+@pytest.mark.filterwarnings("ignore::alignscores.io.TrajectoryWarning")
+def test_texts_between_tabs_may_hold_blanks_and_other_separators(write):
+    header = "VehicleName\tTimeStamp\tPOS_X\tPOS_Y\tPOS_Z\tImageFile"
+    rows = made("t_ms x y z", "\t")[0].splitlines()
+    path = write([header, *(f"Drone 1\t{row}\ta.png;b 2.png" for row in rows)])
+    keys, poses = read_tum(path)
+    np.testing.assert_allclose(keys, STAMPS)
+    np.testing.assert_allclose(poses[:, :3, 3], POSITIONS, atol=1e-8)
+
+
+def test_the_note_on_a_header_has_whole_names(write):
+    long = "of_the_robot_in_the_warehouse"
+    names = [f"field.{long}.pose.position.{axis}" for axis in "xyz"]
+    names += [f"field.{long}.pose.orientation.{axis}" for axis in "xyzw"]
+    text = made(f"- {TUM}", ",", ",".join(["seq", "%time", *names]))[0]
+    with pytest.warns(match=r"orientation\.[xyz] \.\.\.\)"):
+        read_tum(write(text))
 
 
 def test_euroc_has_w_first_where_nothing_names_it(write, recwarn):
