@@ -271,7 +271,7 @@ def test_the_note_on_a_header_has_whole_names(write):
     long = "of_the_robot_in_the_warehouse"
     names = [f"field.{long}.pose.position.{axis}" for axis in "xyz"]
     names += [f"field.{long}.pose.orientation.{axis}" for axis in "xyzw"]
-    text = made(f"- {TUM}", ",", ",".join(["seq", "%time", *names]))[0]
+    text = made(f"- {TUM} -", ",", ",".join(["seq", "%time", *names, "speed"]))[0]
     with pytest.warns(match=r"orientation\.[xyz] \.\.\.\)"):
         read_tum(write(text))
 
