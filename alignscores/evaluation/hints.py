@@ -705,22 +705,20 @@ def _of_inverted(
 
 
 def _inverses(state: _State, files: Files) -> Iterator[_Remedy]:
-    """Yield the inverse poses of the reference, alone or with the estimate's.
+    """Yield the inverse poses of the reference, if the estimate's positions fit those.
 
     World-to-camera poses of cameras that look at one point have one position.
     """
-    reference, estimate = state.reference, state.estimate
-    inverse = [
-        trajectory._replace(poses=inverse_poses(trajectory.poses))
-        for trajectory in (reference, estimate)
-    ]
-    for sides, est in (([REF], estimate), ([REF, EST], inverse[1])):
-        _, option = _of_inverted(state, files, sides, "")
-        names = files.name(BOTH if len(sides) == 2 else REF)
-        text = f"the poses of {names} may be world-to-camera, of cameras that look at one point"
-        remedy = _Remedy(INVERTED, text, option, inverse[0], est)
-        if _fit_after(state, remedy).misfit <= MAX_MISFIT:
-            yield remedy
+    _, option = _of_inverted(state, files, [REF], "")
+    remedy = _Remedy(
+        INVERTED,
+        f"the poses of {files.reference} may be world-to-camera, of cameras that look at one point",
+        option,
+        state.reference._replace(poses=inverse_poses(state.reference.poses)),
+        state.estimate,
+    )
+    if _fit_after(state, remedy).misfit <= MAX_MISFIT:
+        yield remedy
 
 
 def _by_side(sides: list[str], inverted: set[str], if_inverted: str, otherwise: str) -> str:

@@ -1218,14 +1218,12 @@ def test_of_cameras_around_a_target_the_inverted_file_is_named(scene, sides):
     assert f"{sides} corrects it" in re.split("; or |; ", hint.remedy)
 
 
-@pytest.mark.parametrize("sides", ["--ref_invert", "--ref_invert --est_invert"])
-def test_a_reference_whose_cameras_look_at_one_point_is_refused_with_its_inversion(sides):
+def test_a_reference_whose_cameras_look_at_one_point_is_refused_with_its_inversion():
     names = np.array([f"{i:03d}.jpg" for i in range(120)])
     poses, estimate = ring(turns=1.0, height=0.5, target=(0.0, 0.0, 0.0), sigma=0.01)
-    reference = inverse_poses(poses)
-    estimate = inverse_poses(estimate) if "--est_invert" in sides else estimate
-    with pytest.raises(ValueError, match=r"PAS 0\.8\d\d corrected\); " + sides + " corrects it"):
-        evaluate(Trajectory(names, reference), Trajectory(names, estimate))
+    reference = Trajectory(names, inverse_poses(poses))
+    with pytest.raises(ValueError, match=r"PAS 0\.8\d\d corrected\); --ref_invert corrects it"):
+        evaluate(reference, Trajectory(names, estimate))
 
 
 @pytest.mark.parametrize("unit", ["ms", "us"])
