@@ -107,7 +107,8 @@ class Table:
             fields = self.fields(row)
             n = len(fields)
             if not (any_width or n == width or (n == width + 1 and not fields[-1])):
-                reason = f"has {n} column{'s' * (n != 1)}, the first row {width}"
+                has = f"has {n} column{'s' * (n != 1)}, the first row {width}"
+                reason = f"{has}; write as many in each row"
                 raise FileError(self.path, reason, place=f"line {number}")
             used = [fields[column] for column in columns]
             if self.separator == ";":
