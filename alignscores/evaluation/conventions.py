@@ -325,12 +325,12 @@ def _candidates(
     yield from ((pair, axes) for axes in swaps for pair in may_have_frame)
     nearer = [pair for pair in pairs if pair.positions.error <= ABOUT * now.error]
     one, both = ([pair for pair in nearer if len(pair.mistakes) == n] for n in (1, 2))
-    if not moved:
+    if is_longer:
         yield from _of_rotations(one)
         inverses = {INVERTED, *INVERTED_W}
         yield from ((pair, none) for pair in one if inverses.intersection(pair.mistakes.values()))
     yield from ((pair, None) for pair in may_have_frame)
-    if not moved:
+    if is_longer:
         yield from _of_rotations(both)
 
 

@@ -30,6 +30,13 @@ def test_another_version_stands_in_brackets(capsys, tmp_path, monkeypatch):
     assert f"{tmp_path} is not a checkout" in capsys.readouterr().err
 
 
+def test_transposed_rotations_are_named_beside_a_longer_path_of_both_inverses():
+    """Of a hand-held camera, whose inverse positions fit better than its positions."""
+    judged = hints.judge(5, 91, "rotations inverted", [])
+    assert judged.verdict == "right"
+    assert "rotations of estimate.txt seem to be world-to-camera" in judged.hints
+
+
 def test_hints_are_counted_for_each_mistake(capsys, tmp_path):
     output = tmp_path / "pairs.csv"
     arguments = ["--pairs=2", "--seed=1", "--mistakes", "inverted", "--n_jobs=1"]
