@@ -15,7 +15,6 @@ from itertools import chain, product
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..arrays import Floats, Indices
 from ..averaging import project_to_rotation, rotation_angles
@@ -858,7 +857,7 @@ def _vertical(state: _State, files: Files) -> Iterator[_Remedy]:
         return
     for axis in UP:
         turn = np.eye(4)
-        turn[:3, :3] = Rotation.align_vectors(up, _unit_vector(axis))[0].as_matrix()
+        turn[:3, :3] = project_to_rotation(np.outer(up, _unit_vector(axis)))  # and any yaw
         yield _Remedy(
             "vertical",
             f"the vertical axis of {files.estimate} seems to be {axis}, that of {files.reference} "
