@@ -420,10 +420,14 @@ def is_right(pair: Pair, right: float, result: Scored, folder: Path) -> bool:
 def follows(pair: Pair, possibility: str, corrected: float, folder: Path) -> bool:
     """Return whether options reach the corrected score; True for advice to change files."""
     advice = possibility.split("corrected); ")[-1].split("; ")[0]
-    options = re.findall(r"--([a-z_]+)(?: '([^']*)'| (auto|interpolate|similarity))?", advice)
+    value = r"'([^']*)'|(auto|interpolate|similarity)|(-?[0-9.]+)"
+    options = re.findall(f"--([a-z_]+)(?: (?:{value}))?", advice)
     if not options or advice.startswith(("write", "leave out")) or ", then" in advice:
         return True
-    settings = {name: quoted or word or True for name, quoted, word in options}
+    settings = {
+        name: quoted or word or (float(number) if number else True)
+        for name, quoted, word, number in options
+    }
     try:
         result = evaluate(folder / REF, folder / EST, **pair.settings | settings)
     except FAILURES:
