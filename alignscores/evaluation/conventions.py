@@ -143,11 +143,13 @@ def find_conventions(
     fits = [fit for fit in fits if fit.n_causes]  # a B near the identity is no convention
     if alignment in ("yaw", "none"):  # a turned coordinate frame may explain as much
         turned = _fit(original._replace(alignment="similarity"), np.eye(3))
-        min_ras = turned.ras + (EQUAL if turned.is_consistent else -EQUAL)
+        min_ras = turned.ras - EQUAL
+        min_ras_of_others = min_ras + 2 * EQUAL * turned.is_consistent
         fits = [
             fit
             for fit in fits
-            if fit.ras >= min_ras and (fit.has_same_axes or not fit.apart_deg > CONSISTENT_DEG)
+            if fit.ras >= (min_ras if _are_truer(fit.pair, original) else min_ras_of_others)
+            and (fit.has_same_axes or not fit.apart_deg > CONSISTENT_DEG)
         ]
     near = _ras_within_inaccuracy(original)
     better = _clearly_better(fits, as_it_is, near, are_truer=are_truer)
