@@ -437,8 +437,9 @@ def _refuse_two_poses(names: Sequence[str], table: Table) -> None:
     n, width = len(names), len(table.first)
     if n == width or [name[0] for name in names[:4]] not in (["t", *POSITION], ["n", *POSITION]):
         return
-    rows = [row for row in table.sample if len(row) == width]
-    values = np.array([[to_number(x) if is_number(x) else np.nan for x in row] for row in rows])
+    rows = [row[:width] for row in table.sample if len(row) >= width]
+    fields = [to_number(field) if is_number(field) else np.nan for row in rows for field in row]
+    values = np.reshape(fields, (-1, width))
     values[:, np.isnan(values).all(axis=0)] = 0  # columns of text
     values = values[np.isfinite(values).all(axis=1)]
     position = values[:, 1:4]

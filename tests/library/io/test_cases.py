@@ -435,6 +435,12 @@ def test_two_poses_of_one_stamp_are_refused_with_the_choices(write):
             assert len(read_tum(path, columns=choice).keys) == N
 
 
+def test_separators_at_the_end_of_each_row_hold_no_second_pose(write):
+    rows = table(STAMPS, POSITIONS, QUATERNIONS, by=",").replace("\n", ",,,\n")
+    with pytest.warns(TrajectoryWarning, match="2 of 10 columns ignored"):
+        same_poses(read_tum(write(rows)))
+
+
 def test_other_columns_without_a_name_are_no_second_pose(write):
     small = 0.02 * RNG.normal(size=(N, 3))
     covariances = np.tile(np.eye(6).ravel(), (N, 1))
