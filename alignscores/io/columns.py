@@ -432,6 +432,7 @@ def _refuse_block(table: Table) -> None:
             raise FileError(table.path, f"{reason}; {remedy}")
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _refuse_two_poses(names: Sequence[str], table: Table) -> None:
     """Raise an error where unnamed columns have another rotation, or almost the same position."""
     n, width = len(names), len(table.first)

@@ -441,6 +441,12 @@ def test_separators_at_the_end_of_each_row_hold_no_second_pose(write):
         same_poses(read_tum(write(rows)))
 
 
+def test_huge_numbers_beside_a_pose_give_no_other_warning(write):
+    others = np.full((N, 4), 1e200)
+    with pytest.warns(TrajectoryWarning, match="4 of 12 columns ignored"):
+        read_tum(write(table(STAMPS, POSITIONS, QUATERNIONS, others)))
+
+
 def test_other_columns_without_a_name_are_no_second_pose(write):
     small = 0.02 * RNG.normal(size=(N, 3))
     covariances = np.tile(np.eye(6).ravel(), (N, 1))
