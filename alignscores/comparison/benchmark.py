@@ -22,7 +22,13 @@ FIELDS = ("sequence", "system", "run")
 KEYS = ("format", "reference", "estimate", "runs", "sequences", "systems")
 SEQUENCE_KEYS = ("format", "t_offset", "t_start", "t_end", "frames", "unit")
 SYSTEM_KEYS = (
-    *("est_format", "est_columns", "runs", "invert", "body_rotation", "lever_arm", "t_offset"),
+    "est_format",
+    "est_columns",
+    "runs",
+    "invert",
+    "body_rotation",
+    "lever_arm",
+    "t_offset",
 )
 
 FilePath = str | Path

@@ -143,12 +143,12 @@ def find_conventions(
     fits = [fit for fit in fits if fit.n_causes]  # a B near the identity is no convention
     if alignment in ("yaw", "none"):  # a turned coordinate frame may explain as much
         turned = _fit(original._replace(alignment="similarity"), np.eye(3))
-        min_ras = turned.ras - EQUAL
-        min_ras_of_others = min_ras + 2 * EQUAL * turned.is_consistent
+        min_ras_of_truer = turned.ras - EQUAL
+        min_ras = turned.ras + EQUAL if turned.is_consistent else min_ras_of_truer
         fits = [
             fit
             for fit in fits
-            if fit.ras >= (min_ras if _are_truer(fit.pair, original) else min_ras_of_others)
+            if fit.ras >= (min_ras_of_truer if _are_truer(fit.pair, original) else min_ras)
             and (fit.has_same_axes or not fit.apart_deg > CONSISTENT_DEG)
         ]
     near = _ras_within_inaccuracy(original)
@@ -377,12 +377,12 @@ def _moved(original: _Pair, pairs: list[_Pair]) -> list[_Pair]:
     return [
         pair
         for pair in pairs
-        if better and not any(_hides(other, pair, ROUNDING * now.error) for other in better)
+        if better and not any(_is_likelier(other, pair, ROUNDING * now.error) for other in better)
     ]
 
 
-def _hides(other: _Pair, pair: _Pair, rounding: float) -> bool:
-    """Return whether another pair has much smaller errors, and so is likelier.
+def _is_likelier(other: _Pair, pair: _Pair, rounding: float) -> bool:
+    """Return whether another pair is likelier, since its errors are much smaller.
 
     A small ring of cameras fits a large one, and has smaller errors even if it fits worse.
     """

@@ -1,9 +1,10 @@
 """One look at both files: units, clocks and conventions that are mixed up in one of them.
 
-`look` tries the same candidates on the reference and on the estimate: units of time, the offset of
-the clocks, the convention of the poses, mirrored axes, frame-to-frame motions, units of length. A
-cheap test on the trajectories selects candidates; each is then scored like any other estimate. A
-hint is given only if that raises the score clearly, and names the file, the option and both scores.
+`look` tries the same candidates on the reference and on the estimate: units of time, counted poses,
+frame-to-frame motions, the offset of the clocks, the convention of the poses, mirrored axes, the
+vertical axis, units of length. A cheap test on the trajectories selects candidates; each is then
+scored like any other estimate. A hint is given only if that raises the score clearly, and names the
+file, the option and both scores.
 """
 
 import math
@@ -179,7 +180,7 @@ def look(
     The score is the PAS, without rotations the TAS.
     """
     state = _State(reference, estimate, settings, scored, attempt, has_rotations)
-    state = _tried(state, _stamps(state, files))
+    state = _tried(state, _wrong_stamps(state, files))
     state = _tried(state, _increments(state, files))  # which would pass for late poses
     state = _on_time(state, files)
     state = _tried(state, _conventions(state, files))
@@ -201,7 +202,7 @@ def rescue(
     """Return what lets an estimate be scored that is refused, an empty string if nothing does."""
     state = _State(reference, estimate, settings, None, attempt, has_rotations)
     for find in (
-        _stamps,
+        _wrong_stamps,
         _clocks,
         _units_and_clocks,
         _shifts,
@@ -266,7 +267,7 @@ def _t(gains: Floats, stretches: int = BLOCKS) -> float:
     return float(means.mean() / max(error, np.finfo(float).tiny))
 
 
-def _stamps(state: _State, files: Files) -> Iterator[_Remedy]:
+def _wrong_stamps(state: _State, files: Files) -> Iterator[_Remedy]:
     """Yield other units of the stamps, or stamps of poses that are counted."""
     yield from _units_of_time(state, files)
     yield from _counters(state, files)

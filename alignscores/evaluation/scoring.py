@@ -237,7 +237,7 @@ def _score_trajectory(
     notes += constant
     reference, poses = reference.with_rotations(), poses.with_rotations()
 
-    again = _without_pipes(files)
+    files_to_reopen = _without_pipes(files)
 
     def attempt(ref: Trajectory, est: Trajectory, tried: Settings) -> Scored:
         return match_and_score(ref, est, tried, has_rotations, groups).scored
@@ -247,7 +247,7 @@ def _score_trajectory(
             outcome = match_and_score(reference, poses, settings, has_rotations, groups)
         except ValueError as error:
             remedy = check and rescue(
-                reference, poses, settings, attempt, again, has_rotations=has_rotations
+                reference, poses, settings, attempt, files_to_reopen, has_rotations=has_rotations
             )
             reason = f"{error}; {remedy}" if remedy else str(error)
             if files.ref_path and isinstance(error, ReferenceFaultError):
@@ -288,7 +288,7 @@ def _score_trajectory(
             settings,
             outcome.scored,
             attempt,
-            again,
+            files_to_reopen,
             has_rotations=has_rotations,
         )
     notes += explain(evaluation, hints, check=check)

@@ -1296,3 +1296,13 @@ def test_two_files_with_y_up_have_their_option():
     (hint,) = hints(*pair, alignment="yaw")
     assert hint.remedy == "--up y names it"
     assert hints(*pair, alignment="yaw", up="y") == []
+
+
+def test_seconds_of_a_sparse_reference_do_not_count_its_poses():
+    """At 1 Hz, between poses at 2 Hz that miss its stamps."""
+    times, truth = winding(np.random.default_rng(5))
+    reference = Trajectory(times[::20], truth[::20])
+    estimate = Trajectory(times[5::10], truth[5::10])
+    with pytest.raises(ValueError, match="miss the stamps of the reference") as caught:
+        evaluate(reference, estimate)
+    assert "count" not in str(caught.value)
